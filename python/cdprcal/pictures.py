@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 from cdprcal._core import InputError
 from cdprcal.extras import need
 from cdprcal.io.files import atomic_output
+from cdprcal.io.replacing import MAKER
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Formats that a picture's name may ask for.
 FORMATS = (".png", ".pdf", ".svg")
-#: Who made a picture, in its own words: by them one is known that may be replaced.
-MAKER = "cdprcal"
 _DOTS_PER_INCH = 130
 
 

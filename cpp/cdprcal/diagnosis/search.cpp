@@ -72,39 +72,6 @@ std::optional<Refit> best_generic(const EvidenceAgainst& against,
   return std::move(refits.front());
 }
 
-/// Evidence for errors of one sensor, less what it costs that it may be any.
-double charged(double log_evidence, const DiagnosisModel& model) {
-  return log_evidence - std::log(sensors_with_like(model));
-}
-
-/// The refit with errors of the sensors that are no finding, those that wander with time or those
-/// of one sensor alone, when it has more evidence than this; its evidence bears how many there are.
-std::optional<Refit> with_sensor_errors(const DiagnosisModel& model, double log_evidence) {
-  constexpr double kShareInScan = 0.25;  // of the evidence: a scan knows no width but the first
-  Candidates errors = own_errors(model);
-  const auto wander = [](const EffectTerm& term) { return is_wandering_errors(*term.effect); };
-  if (std::ranges::none_of(model.effects, wander)) {
-    if (const auto walk = wandering_errors(model)) errors.push_back(walk);
-  }
-  std::vector<CandidateScore> scores = scan(model, errors, {.draws = 0});
-  std::erase_if(scores, [&](CandidateScore& score) {
-    const bool of_one = sensor_of_errors(*score.effect).has_value();
-    if (of_one) score.log_evidence = charged(score.log_evidence, model);
-    return !(score.log_evidence > (of_one ? kShareInScan : 1.0) * log_evidence);
-  });
-  std::ranges::stable_sort(scores, std::ranges::greater(), &CandidateScore::log_evidence);
-  std::vector<Refit> refits =
-      EvidenceAgainst(model).refits(scores, kFewRefits, [](const CandidateScore&) { return true; });
-  for (Refit& refit : refits) {
-    if (sensor_of_errors(*refit.score.effect)) {
-      refit.log_evidence = charged(refit.log_evidence, model);
-    }
-  }
-  const auto best = std::ranges::max_element(refits, {}, &Refit::log_evidence);
-  if (best == refits.end() || !(best->log_evidence > log_evidence)) return std::nullopt;
-  return std::move(*best);
-}
-
 /// Those of some refits that add something to errors of the sensors, best first: judged together
 /// with these, which would swallow an effect if they were in the model before it.
 std::vector<Refit> beside_sensor_errors(std::vector<Refit> refits, const Refit& errors,
@@ -254,12 +221,33 @@ Candidates Search::names_for(const DiagnosisModel& model) const {
 
 double Search::cost_of(const Effect& effect, std::size_t steps) const {
   if (as_step(effect)) return std::log(std::max<double>(1.0, static_cast<double>(steps)));
+  if (sensor_of_errors(effect)) return std::log(sensors_with_like(model_));
   return is_of_each_log(effect) ? options_.rival_nats : 0.0;
 }
 
 void Search::charge(std::vector<Refit>& refits, std::size_t steps) const {
   for (Refit& refit : refits) refit.log_evidence -= cost_of(*refit.score.effect, steps);
   std::ranges::stable_sort(refits, std::ranges::greater(), &Refit::log_evidence);
+}
+
+std::optional<Refit> Search::errors_of_sensors(double log_evidence) const {
+  constexpr double kShareInScan = 0.25;  // of the evidence: a scan knows no width but the first
+  Candidates errors = own_errors(model_);
+  const auto wander = [](const EffectTerm& term) { return is_wandering_errors(*term.effect); };
+  if (std::ranges::none_of(model_.effects, wander)) {
+    if (const auto walk = wandering_errors(model_)) errors.push_back(walk);
+  }
+  std::vector<CandidateScore> scores = scan(model_, errors, {.draws = 0});
+  for (CandidateScore& s : scores) s.log_evidence -= cost_of(*s.effect, 0);
+  std::ranges::stable_sort(scores, std::ranges::greater(), &CandidateScore::log_evidence);
+  std::vector<Refit> refits =
+      EvidenceAgainst(model_).refits(scores, kFewRefits, [&](const CandidateScore& s) {
+        const double share = sensor_of_errors(*s.effect) ? kShareInScan : 1.0;
+        return s.log_evidence > share * log_evidence;
+      });
+  charge(refits);
+  if (refits.empty() || !(refits.front().log_evidence > log_evidence)) return std::nullopt;
+  return std::move(refits.front());
 }
 
 bool Search::names_reach(double log_evidence, const Refit& first) const {
@@ -550,7 +538,7 @@ bool Search::forward() {
       double best = options_.least_evidence;
       if (rival) best = std::max(best, rival->log_evidence);
       if (!refits.empty()) best = std::max(best, refits.front().log_evidence);
-      errors = with_sensor_errors(model_, best);
+      errors = errors_of_sensors(best);
       if (errors) {
         refits = beside_sensor_errors(std::move(refits), *errors, options_.least_evidence);
       }

@@ -71,10 +71,13 @@ class Search {
     return (model_.runs.size() > 1 ? 2 : 1) * options_.refits;
   }
   /// What the evidence for a name is lowered by: there are as many steps as moves and cables, and
-  /// most robots stay as they are from log to log.
+  /// most robots stay as they are from log to log. Errors of one sensor may be any sensor's.
   [[nodiscard]] double cost_of(const Effect& effect, std::size_t steps) const;
   /// Lowers the evidence of refits by that, and sorts them anew, best first.
   void charge(std::vector<Refit>& refits, std::size_t steps = 0) const;
+  /// The refit with errors of the sensors that are no finding, those that wander with time or those
+  /// of one sensor alone, when it has more evidence than this.
+  [[nodiscard]] std::optional<Refit> errors_of_sensors(double log_evidence) const;
   /// An accepted effect, and those that imitate most of what it does.
   [[nodiscard]] Candidates confusable(const DiagnosisModel& without, const EffectTerm& term) const;
   /// Whether any named effects, several if need be, explain as much as one dependence does.

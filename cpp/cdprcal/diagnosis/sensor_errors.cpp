@@ -27,8 +27,6 @@ constexpr double kReaches[] = {0.5, 1.0, 2.0};
 /// The functions φ_t that make up a random one of unit variance, Σ z_t φ_t with z_t of unit
 /// variance.
 struct Basis {
-  enum class By { time, place, rest };
-  By by;
   const char* name;
   int terms;
   std::function<Eigen::VectorXd(const Measurement&, const Pose&)> at;
@@ -38,7 +36,7 @@ struct Basis {
 /// The first terms of a random walk from power-on, of unit variance on average over the run (Wiener
 /// process): φ_t = 2 sin((t + ½)πu) / ((t + ½)π).
 Basis walk(double duration_s, int terms) {
-  return {Basis::By::time, "wandering_errors", terms, [=](const Measurement& m, const Pose&) {
+  return {"wandering_errors", terms, [=](const Measurement& m, const Pose&) {
             const double u = m.run_time_s / duration_s;
             Eigen::VectorXd out(terms);
             for (int t = 0; t < terms; ++t) {
@@ -73,7 +71,7 @@ Basis field(const Places& visited_m, double reach_m, int most_terms) {
   const Eigen::VectorXd size = found.eigenvalues().tail(terms).cwiseMax(1e-9).cwiseSqrt();
   const Eigen::MatrixXd weights =
       found.eigenvectors().rightCols(terms) * size.cwiseInverse().asDiagonal();
-  return {Basis::By::place, "place_errors", terms,
+  return {"place_errors", terms,
           [=](const Measurement&, const Pose& pose) -> Eigen::VectorXd {
             const Eigen::VectorXd here = near(pose.position_m, visited_m) - mean.transpose();
             return weights.transpose() * (here.array() - here.mean()).matrix();
@@ -84,7 +82,7 @@ Basis field(const Places& visited_m, double reach_m, int most_terms) {
 /// One function a rest, which is 1 there and 0 at all others: rests are known by their times.
 Basis each_rest(std::vector<double> times_s) {
   const auto count = static_cast<int>(times_s.size());
-  return {Basis::By::rest, "own_errors", count, [=](const Measurement& m, const Pose&) {
+  return {"own_errors", count, [=](const Measurement& m, const Pose&) {
             Eigen::VectorXd out = Eigen::VectorXd::Zero(count);
             const auto nearest = std::ranges::min_element(
                 times_s, {}, [&](double time_s) { return std::abs(time_s - m.run_time_s); });
@@ -138,7 +136,10 @@ constexpr Part kParts[] = {{Channel::length, ParameterShape::per_cable},
                            {Channel::yaw, ParameterShape::scalar},
                            {Channel::balance, ParameterShape::per_cable}};
 
-/// Where a sensor's component stands among those of kParts, one after another.
+/// Of all kParts, one after another.
+int all_components(int cables) { return 3 * cables + 3; }
+
+/// Where a sensor's component stands among these.
 int place_of(const OneSensor& sensor, int cables) {
   int begin = 0;
   for (const auto& [channel, shape] : kParts) {
@@ -173,7 +174,7 @@ class SensorErrors final : public Effect {
     }
   }
   const EffectInfo& info() const override { return info_; }
-  [[nodiscard]] const Basis& basis() const { return basis_; }
+  [[nodiscard]] std::optional<double> reach_m() const { return basis_.reach_m; }
   [[nodiscard]] const std::optional<OneSensor>& only() const { return only_; }
   /// A channel's errors are of one size.
   std::vector<int> learnt_widths(int cables) const override {
@@ -247,14 +248,14 @@ class SensorErrors final : public Effect {
   }
 
  private:
-  [[nodiscard]] int components(int cables) const { return only_ ? 1 : 3 * cables + 3; }
+  [[nodiscard]] int components(int cables) const { return only_ ? 1 : all_components(cables); }
   /// What all terms together add to each component of kParts.
   [[nodiscard]] Eigen::VectorXd by_component(int cables, const Measurement& m, const Pose& pose,
                                              const EffectValues& values) const {
     const Eigen::VectorXd own =
         values.reshaped(components(cables), basis_.terms) * basis_.at(m, pose);
     if (!only_) return own;
-    Eigen::VectorXd out = Eigen::VectorXd::Zero(3L * cables + 3);
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(all_components(cables));
     out[place_of(*only_, cables)] = own[0];
     return out;
   }
@@ -302,7 +303,7 @@ namespace {
 /// Mean squares of what a model leaves of each component of kParts at rests.
 std::vector<MeanSquare> residuals_of(const DiagnosisModel& model) {
   const int n = model.robot.cable_count();
-  std::vector<MeanSquare> out(static_cast<std::size_t>(3 * n + 3));
+  std::vector<MeanSquare> out(static_cast<std::size_t>(all_components(n)));
   for (const ModelResidual& entry : model_residuals(model)) {
     if (is_moving(model.runs[entry.run].measurements[entry.pose])) continue;
     const PoseResidual& left = entry.residual;
@@ -322,8 +323,8 @@ std::vector<MeanSquare> residuals_of(const DiagnosisModel& model) {
 
 }  // namespace
 
-double sensors_with_like(const DiagnosisModel& model) {
-  return 3.0 * model.robot.cable_count() + 2.0;
+int sensors_with_like(const DiagnosisModel& model) {
+  return all_components(model.robot.cable_count()) - 1;  // but the yaw's
 }
 
 Candidates own_errors(const DiagnosisModel& model, double larger) {
@@ -362,7 +363,7 @@ const SensorErrors* as_sensor_errors(const Effect& effect) {
 
 bool is_wandering_errors(const Effect& effect) {
   const SensorErrors* const errors = as_sensor_errors(effect);
-  return errors && errors->basis().by == Basis::By::time;
+  return errors && !errors->only() && !errors->reach_m();
 }
 
 std::optional<OneSensor> sensor_of_errors(const Effect& effect) {
@@ -372,7 +373,7 @@ std::optional<OneSensor> sensor_of_errors(const Effect& effect) {
 
 std::optional<double> reach_of_errors_m(const Effect& effect) {
   const SensorErrors* const errors = as_sensor_errors(effect);
-  return errors ? errors->basis().reach_m : std::nullopt;
+  return errors ? errors->reach_m() : std::nullopt;
 }
 
 std::array<double, kRestGroups> rms_of_errors(const DiagnosisModel& model, const EffectTerm& term) {

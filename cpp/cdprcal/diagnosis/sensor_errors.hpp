@@ -33,8 +33,8 @@ std::shared_ptr<const Effect> wandering_errors(const DiagnosisModel& model);
 /// residuals are as much larger, as mean squares, than those of its like. None where there are too
 /// few rests to tell.
 Candidates own_errors(const DiagnosisModel& model, double larger = 1.5);
-/// How many sensors there are to choose from, more or less.
-double sensors_with_like(const DiagnosisModel& model);
+/// How many sensors have others like them.
+int sensors_with_like(const DiagnosisModel& model);
 
 /// Of which sensor.
 struct OneSensor {

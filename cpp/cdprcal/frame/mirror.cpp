@@ -16,19 +16,18 @@ namespace {
 /// Sweeps of coordinate descent; the share only needs telling from one half.
 constexpr int kSweeps = 100;
 
-/// Pulleys and poses on the other side of the first reference pulley, along the normal of the plane
-/// that frames are mirrored in.
-FrameState mirrored(const FrameProblem& problem, const FrameState& state) {
+const Vector3& place_of(const Robot& robot, int cable) {
+  return robot.cables[static_cast<std::size_t>(cable)].pulley.position_m;
+}
+
+/// With each pulley at `pulley(i)`, but for what a convention holds, and the poses at what `point`
+/// makes of them.
+template <class Pulley, class Point>
+FrameState put(const FrameProblem& problem, const FrameState& state, Pulley pulley, Point point) {
   const FrameUnknowns& u = problem.unknowns;
-  const Vector3& normal = u.mirror_normal;
-  const auto place_of = [&](int cable) -> const Vector3& {
-    return problem.robot.cables[static_cast<std::size_t>(cable)].pulley.position_m;
-  };
-  const Vector3& first = place_of(u.reference[0]);
   FrameState out = state;
   for (int i = 0; i < u.cables; ++i) {
-    const Vector3 from_first = place_of(i) + u.shift(state.values, i) - first;
-    const Vector3 shift = u.shift(state.values, i) - 2.0 * normal.dot(from_first) * normal;
+    const Vector3 shift = pulley(i) - place_of(problem.robot, i);
     for (int axis = 0; axis < u.axis_count; ++axis) {
       const int column = u.anchor(i, axis);
       if (u.held[static_cast<std::size_t>(column)]) continue;
@@ -36,10 +35,30 @@ FrameState mirrored(const FrameProblem& problem, const FrameState& state) {
     }
   }
   for (Pose& pose : out.poses) {
-    pose.position_m -= 2.0 * normal.dot(pose.position_m - first) * normal;
+    pose.position_m = point(pose.position_m);
     pose = on_motion(problem.robot, pose);
   }
   return out;
+}
+
+/// Pulleys and poses on the other side of the first reference pulley, along the normal of the plane
+/// that frames are mirrored in.
+FrameState mirrored(const FrameProblem& problem, const FrameState& state) {
+  const FrameUnknowns& u = problem.unknowns;
+  const Vector3& normal = u.mirror_normal;
+  const Vector3& first = place_of(problem.robot, u.reference[0]);
+  const auto mirror = [&](const Vector3& point_m) -> Vector3 {
+    return point_m - 2.0 * normal.dot(point_m - first) * normal;
+  };
+  const auto pulley = [&](int cable) {
+    return mirror(place_of(problem.robot, cable) + u.shift(state.values, cable));
+  };
+  return put(problem, state, pulley, mirror);
+}
+
+/// A point in the axes of the unknowns.
+Eigen::VectorXd in_axes(const FrameUnknowns& u, const Vector3& point_m) {
+  return u.axes.leftCols(u.axis_count).transpose() * point_m;
 }
 
 /// The file's pulleys and others, [axes × n], moved and turned onto one another.
@@ -51,10 +70,7 @@ class BesideFile {
   }
   [[nodiscard]] Eigen::MatrixXd places(const Robot& robot) const {
     Eigen::MatrixXd out(u_.axis_count, u_.cables);
-    for (int i = 0; i < u_.cables; ++i) {
-      out.col(i) = u_.axes.leftCols(u_.axis_count).transpose() *
-                   robot.cables[static_cast<std::size_t>(i)].pulley.position_m;
-    }
+    for (int i = 0; i < u_.cables; ++i) out.col(i) = in_axes(u_, place_of(robot, i));
     return out;
   }
   /// How likely the file's places are of pulleys that stand so, and of their mirror image, whatever
@@ -138,8 +154,7 @@ std::optional<OnePlane> plane_of(const FrameProblem& problem, const FrameState& 
   const FrameUnknowns& u = problem.unknowns;
   Eigen::MatrixXd points(u.axis_count, static_cast<Eigen::Index>(state.poses.size()));
   for (std::size_t i = 0; i < state.poses.size(); ++i) {
-    points.col(static_cast<Eigen::Index>(i)) =
-        u.axes.leftCols(u.axis_count).transpose() * state.poses[i].position_m;
+    points.col(static_cast<Eigen::Index>(i)) = in_axes(u, state.poses[i].position_m);
   }
   OnePlane out;
   out.middle = points.rowwise().mean();
@@ -176,12 +191,23 @@ Eigen::MatrixXd changed(const OnePlane& plane, Eigen::MatrixXd pulleys, Sides si
   return pulleys;
 }
 
-/// How likely the file's places make each choice.
-std::vector<double> likely_sides(const BesideFile& file, const OnePlane& plane,
-                                 const Eigen::MatrixXd& pulleys) {
-  std::vector<double> out;
-  for (Sides sides = 0; sides < (Sides{1} << plane.open.size()); ++sides) {
-    out.push_back(file.likely(changed(plane, pulleys, sides)).as_is);
+/// The pulleys beside one plane of poses, and how likely the file's places make each choice of
+/// sides: none where there are too many.
+struct Choices {
+  OnePlane plane;
+  Eigen::MatrixXd pulleys;
+  std::vector<double> likely;  ///< the first is that of the present ones
+};
+std::optional<Choices> choices_of(const FrameProblem& problem, const FrameState& state,
+                                  double noise_m) {
+  const BesideFile file(problem);
+  Eigen::MatrixXd pulleys = file.places(moved(problem, state.values));
+  std::optional<OnePlane> plane = plane_of(problem, state, pulleys, noise_m);
+  if (!plane) return std::nullopt;
+  Choices out{std::move(*plane), std::move(pulleys), {}};
+  if (out.plane.open.size() > kMostOpen) return out;
+  for (Sides sides = 0; sides < (Sides{1} << out.plane.open.size()); ++sides) {
+    out.likely.push_back(file.likely(changed(out.plane, out.pulleys, sides)).as_is);
   }
   return out;
 }
@@ -190,21 +216,19 @@ std::vector<double> likely_sides(const BesideFile& file, const OnePlane& plane,
 
 std::vector<int> untold_sides(const FrameProblem& problem, const FrameState& state,
                               double noise_m) {
-  const BesideFile file(problem);
-  const Eigen::MatrixXd pulleys = file.places(moved(problem, state.values));
-  const std::optional<OnePlane> plane = plane_of(problem, state, pulleys, noise_m);
-  if (!plane) return {};
-  if (plane->open.size() > kMostOpen) return plane->open;
-  const std::vector<double> likely = likely_sides(file, *plane, pulleys);
+  const std::optional<Choices> of = choices_of(problem, state, noise_m);
+  if (!of) return {};
+  const auto& [plane, pulleys, likely] = *of;
+  if (likely.empty()) return plane.open;
   const auto all = static_cast<Sides>(likely.size() - 1);
   Sides as_likely = 0;
   for (Sides sides = 1; sides <= all; ++sides) {
-    const bool mirrors = plane->all_open && sides == all;  // of which choose_image tells
+    const bool mirrors = plane.all_open && sides == all;  // of which choose_image tells
     if (!mirrors && likely[sides] > likely[0] - kEvidence) as_likely |= sides;
   }
   std::vector<int> out;
-  for (std::size_t k = 0; k < plane->open.size(); ++k) {
-    if ((as_likely >> k & 1U) != 0U) out.push_back(plane->open[k]);
+  for (std::size_t k = 0; k < plane.open.size(); ++k) {
+    if ((as_likely >> k & 1U) != 0U) out.push_back(plane.open[k]);
   }
   return out;
 }
@@ -212,44 +236,27 @@ std::vector<int> untold_sides(const FrameProblem& problem, const FrameState& sta
 void choose_sides(const FrameProblem& problem, FrameState& state, double noise_m,
                   int max_iterations) {
   const FrameUnknowns& u = problem.unknowns;
-  const BesideFile file(problem);
-  const Eigen::MatrixXd pulleys = file.places(moved(problem, state.values));
-  const std::optional<OnePlane> plane = plane_of(problem, state, pulleys, noise_m);
-  if (!plane || plane->open.empty() || plane->open.size() > kMostOpen) return;
-  const std::vector<double> likely = likely_sides(file, *plane, pulleys);
-  const auto best = std::ranges::max_element(likely) - likely.begin();
-  if (!(likely[static_cast<std::size_t>(best)] > likely[0])) return;
+  const std::optional<Choices> of = choices_of(problem, state, noise_m);
+  if (!of || of->likely.empty()) return;
+  const auto best = std::ranges::max_element(of->likely);
+  const double of_file = *best - of->likely[0];
+  if (!(of_file > 0.0)) return;
+  const auto sides = static_cast<Sides>(best - of->likely.begin());
+  const Eigen::MatrixXd step = changed(of->plane, of->pulleys, sides) - of->pulleys;
   Robot other = moved(problem, state.values);
-  const auto axes = u.axes.leftCols(u.axis_count);
-  const auto place_of = [](const Robot& robot, int cable) -> const Vector3& {
-    return robot.cables[static_cast<std::size_t>(cable)].pulley.position_m;
-  };
-  const Eigen::MatrixXd step = changed(*plane, pulleys, static_cast<Sides>(best)) - pulleys;
   for (int i = 0; i < u.cables; ++i) {
-    other.cables[static_cast<std::size_t>(i)].pulley.position_m += axes * step.col(i);
+    other.cables[static_cast<std::size_t>(i)].pulley.position_m +=
+        u.axes.leftCols(u.axis_count) * step.col(i);
   }
   // As the convention has the frame in the world.
+  const int first = u.reference[0];
   const Matrix3 turn = u.axes * reference_axes(other, u.reference).transpose();
   const auto placed = [&](const Vector3& point_m) -> Vector3 {
-    return turn * (point_m - place_of(other, u.reference[0])) +
-           place_of(problem.robot, u.reference[0]);
+    return turn * (point_m - place_of(other, first)) + place_of(problem.robot, first);
   };
-  FrameState next = state;
-  for (int i = 0; i < u.cables; ++i) {
-    const Vector3 shift = placed(place_of(other, i)) - place_of(problem.robot, i);
-    for (int axis = 0; axis < u.axis_count; ++axis) {
-      const int column = u.anchor(i, axis);
-      if (!u.held[static_cast<std::size_t>(column)]) {
-        next.values[column] = shift.dot(u.axes.col(axis));
-      }
-    }
-  }
-  for (Pose& pose : next.poses) {
-    pose.position_m = placed(pose.position_m);
-    pose = on_motion(problem.robot, pose);
-  }
+  const auto pulley = [&](int cable) { return placed(place_of(other, cable)); };
+  FrameState next = put(problem, state, pulley, placed);
   minimise(problem, next, max_iterations);
-  const double of_file = likely[static_cast<std::size_t>(best)] - likely[0];
   if (next.settled && next.cost - state.cost < of_file) state = next;
 }
 

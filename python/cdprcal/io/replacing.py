@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from cdprcal._core import InputError
-from cdprcal.io.files import begins_with, not_a_file, shown_path
+from cdprcal.io.files import begins_with, shown_path
 
 Output = Literal[
     "log", "mapping file", "robot file", "result", "truth", "plan", "track", "page", "picture",
@@ -35,12 +35,17 @@ _EARLIER: dict[Output, tuple[bytes, ...]] = {
     "settings": (b'{"',),
 }
 
-#: Who made a picture or a page, as their formats say it (:data:`cdprcal.pictures.MAKER`).
-_MADE_HERE = (
-    b"Software\x00cdprcal",
-    b"/Creator (cdprcal)",
-    b"<dc:title>cdprcal</dc:title>",
-    b'<meta name="generator" content="cdprcal ',
+#: Who made a picture, in its own words: by them one is known that may be replaced.
+MAKER = "cdprcal"
+#: How PNG, PDF, SVG and pages say it.
+_MADE_HERE = tuple(
+    text.encode()
+    for text in (
+        f"Software\0{MAKER}",
+        f"/Creator ({MAKER})",
+        f"<dc:title>{MAKER}</dc:title>",
+        f'<meta name="generator" content="{MAKER} ',
+    )
 )
 #: So far from the beginning, or the end, it says it.
 _NEAR_BYTES = 16384
@@ -55,9 +60,8 @@ def signed(text: str) -> str:
 def may_replace(path: Path, kind: Output) -> bool:
     """Whether nothing is lost when this is written: no file is there, an empty one, or an earlier
     output of its kind, as it was written."""
-    if not path.is_file():  # a folder is refused where it is opened; a device keeps nothing
-        return True
-    if not path.stat().st_size:
+    # A folder is refused where it is opened; a device keeps nothing.
+    if not path.is_file() or not path.stat().st_size:
         return True
     if not begins_with(path, 100).startswith(_EARLIER[kind]):
         return False
@@ -85,8 +89,6 @@ def _digest(text: bytes) -> str:
 
 
 def _is_made_here(path: Path) -> bool:
-    if not_a_file(path):
-        return False
     with path.open("rb") as stream:
         begin = stream.read(_NEAR_BYTES)
         stream.seek(max(0, path.stat().st_size - _NEAR_BYTES))

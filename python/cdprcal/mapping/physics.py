@@ -102,10 +102,7 @@ def _thinned(proposal: Proposal, robot: _core.Robot) -> Proposal:
 
 def _weighed(best: _Explanation, given: Proposal, robot: _core.Robot) -> Proposal:
     """The best by signs, held against what else may be: another order, and what no sign is."""
-    lines = zip(best.proposal.lines, given.lines, strict=True)
-    as_read = replace(
-        best.proposal, lines=tuple(replace(line, sign=g.sign, why=g.why) for line, g in lines)
-    )
+    as_read = _unturned(best.proposal, given)
     turned = _differing(best.proposal, as_read)
     signs = (
         f"sign {list(line.sign)} of the {line.name}"
@@ -127,10 +124,9 @@ def _weighed(best: _Explanation, given: Proposal, robot: _core.Robot) -> Proposa
     ]
     others.sort(key=lambda other: other.cost)
     as_good = [other for other in others if other.cost < others[0].cost + _EVIDENCE]
-    if as_good:  # of several that agree as well the one that changes least
-        plain = min(as_good, key=lambda other: len(_differing_entries(other.proposal, as_read)))
-        others = [plain, *(other for other in others if other is not plain)]
-    chosen = min([best, *others[:1]], key=lambda e: e.cost + (0.0 if e is best else _EVIDENCE))
+    # Of several that agree as well the one that changes least.
+    others = sorted(as_good, key=lambda other: _changes(other.proposal, as_read))[:1]
+    chosen = min([best, *others], key=lambda e: e.cost + (0.0 if e is best else _EVIDENCE))
     out = chosen.proposal
     changed = _differing(out, as_read)
     if chosen is not best:
@@ -145,15 +141,24 @@ def _weighed(best: _Explanation, given: Proposal, robot: _core.Robot) -> Proposa
     return out
 
 
-def _differing_entries(one: Proposal, other: Proposal) -> list[str]:
-    """Columns and signs of ``one`` that the other does not have there, and units."""
-    return [
-        str(mine)
+def _unturned(proposal: Proposal, given: Proposal) -> Proposal:
+    """The same with the signs of another."""
+    lines = zip(proposal.lines, given.lines, strict=True)
+    return replace(
+        proposal, lines=tuple(replace(line, sign=g.sign, why=g.why) for line, g in lines)
+    )
+
+
+def _changes(
+    one: Proposal, other: Proposal, of: tuple[str, ...] = ("columns", "sign", "unit")
+) -> int:
+    """How many columns, signs and units of ``one`` the other does not have there."""
+    return sum(
+        mine != its
         for a, b in zip(one.lines, other.lines, strict=True)
-        for of in ("columns", "sign", "unit")
-        for mine, its in zip(_entries(a, of), _entries(b, of), strict=True)
-        if mine != its
-    ]
+        for what in of
+        for mine, its in zip(_entries(a, what), _entries(b, what), strict=True)
+    )
 
 
 def _entries(line: Line, of: str) -> tuple[object, ...]:
@@ -199,27 +204,15 @@ def _best_of_signs(
     if not math.isfinite(least):
         return tried[0], by_units
     as_good = [other for other in tried if other.cost < least + _EVIDENCE]
-    best = min(as_good, key=lambda e: (_turned(e.proposal, proposal), e.cost))
-    if _turned(best.proposal, proposal) > 0:
+    best = min(as_good, key=lambda e: (_changes(e.proposal, proposal, ("sign",)), e.cost))
+    as_they_stand = _Explanation(_unturned(best.proposal, proposal), robot)
+    if _differing(best.proposal, as_they_stand.proposal):
         # One start may have missed the pose that the columns as they stand agree with.
-        stand = tuple(
-            replace(line, sign=given.sign, why=given.why)
-            for line, given in zip(best.proposal.lines, proposal.lines, strict=True)
-        )
-        as_they_stand = _Explanation(replace(proposal, lines=stand), robot)
         most = _core.CalibrateOptions().most_starts
         again, best = _fitted(as_they_stand, most), _fitted(best, most)
         if again.agrees and again.cost < best.cost + _EVIDENCE:
             best = again
     return best, by_units
-
-
-def _turned(proposal: Proposal, given: Proposal) -> int:
-    """How many signs are not as given."""
-    pairs = zip(proposal.lines, given.lines, strict=True)
-    return sum(
-        a != b for line, as_given in pairs for a, b in zip(line.sign, as_given.sign, strict=True)
-    )
 
 
 def _alternatives(line: Line) -> list[Line]:
