@@ -59,13 +59,24 @@ def test_poses_are_not_taken_for_ones_above_the_pulleys(robot: cdprcal.Robot, se
     assert abs(between_m(found.corrected) - between_m(robot)).max() < 5e-3
 
 
-def test_frames_that_fit_alike_are_not_said_to_be_the_one(robot: cdprcal.Robot) -> None:
-    """Without attitudes, from decimetres off: 257 mm off, said to be known to 43."""
-    rng = np.random.default_rng(70)
+@pytest.mark.parametrize("seed", [70, 73, 74])
+def test_frames_that_fit_alike_are_not_said_to_be_the_one(robot: cdprcal.Robot, seed: int) -> None:
+    """Without attitudes, from decimetres off, sensors ten times as good as the file says.
+
+    By the file's σ several starts end in one frame; by the noise found each ends in another: one
+    178 mm off was said to be known to 16.
+    """
+    rng = np.random.default_rng(seed)
     log = hanging(robot, 25, rng)
     alone = cdprcal.Log(
         time_s=log.time_s, direct_length_m=log.direct_length_m, swivel_rad=log.swivel_rad
     )
     found = cdprcal.find_frame(by_tape(robot, rng, 0.15, said=False), [alone], offset="none")
-    assert found.status == cdprcal.FrameStatus.unobservable
-    assert "another one, with two pulleys" in found.reason
+    off_m = abs(between_m(found.corrected) - between_m(robot)).max()
+    if seed == 73:
+        assert found.status == cdprcal.FrameStatus.converged, found.reason
+        assert off_m < 4.0 * found.anchors_sigma_m.max() < 16e-3
+    else:
+        assert off_m > 0.1
+        assert found.status != cdprcal.FrameStatus.converged
+        assert "another one, with two pulleys" in found.reason or "may be missing" in found.reason

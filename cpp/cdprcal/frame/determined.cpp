@@ -24,6 +24,7 @@ constexpr int kMostWeak = 3;
 /// Leaves out of the covariance of the anchors the rigid motions that only the prior fixes.
 void leave_out_motions(const FrameProblem& problem, const Robot& robot, Knowledge& known) {
   const FrameUnknowns& u = problem.unknowns;
+  known.without_motions = Eigen::MatrixXd::Identity(u.size, u.size);
   const int size = u.axis_count * u.cables;
   const Eigen::VectorXd weight = u.precision.head(size);
   // Held by a convention, or by a tracker.
@@ -44,7 +45,7 @@ void leave_out_motions(const FrameProblem& problem, const Robot& robot, Knowledg
     const Eigen::VectorXd v = eigen.eigenvectors().col(k);
     known.unshown += prior * v * v.transpose() * coefficient;
   }
-  Eigen::MatrixXd off = Eigen::MatrixXd::Identity(u.size, u.size);
+  Eigen::MatrixXd& off = known.without_motions;
   off.topLeftCorner(size, size) -= rigid * known.unshown;
   known.covariance = off * known.covariance * off.transpose();
 }
@@ -229,6 +230,7 @@ Knowledge knowledge(const FrameProblem& problem, const FrameState& state,
   out.covariance = Eigen::MatrixXd::Zero(u.size, u.size);
   out.covariance(free, free) = inverse;
   out.parameters = (out.covariance * information.normal).trace();
+  out.whole = out.covariance;
   const double variance = scatter(information, out.covariance);
   out.lack_of_fit = std::sqrt(variance);
   leave_out_motions(problem, moved(problem, state.values), out);

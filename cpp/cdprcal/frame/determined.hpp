@@ -13,11 +13,13 @@ struct Knowledge {
   bool valid = false;
   Eigen::MatrixXd covariance;  ///< held values: 0; rigid motions that nothing shows: left out
   Eigen::MatrixXd precision;   ///< readings and prior, before lack_of_fit
+  Eigen::MatrixXd whole;       ///< the covariance with these motions, before lack_of_fit
   double lack_of_fit = 1.0;    ///< by which σ are larger than those of independent readings
   double parameters = 0.0;     ///< how many numbers the readings determine, the prior aside
   int free_motions = 0;        ///< rigid motions of the frame that only the file's positions fix
   /// By values of the anchors: how far the frame is moved by them, shifts and turns (m, rad).
   Eigen::MatrixXd unshown;
+  Eigen::MatrixXd without_motions;  ///< takes them out of a step of all values
 };
 
 /// At a settled state. Neighbouring poses whose residuals hang together count for less: the scores

@@ -113,11 +113,11 @@ std::optional<Other> other_frame(const Solved& solved, const Told& told, std::ve
   FrameState state{told.state.values(columns), told.state.poses};
   const Knowledge known = knowledge(problem, state, information);
   if (!known.valid) return std::nullopt;
-  const double scatter = known.lack_of_fit * known.lack_of_fit;
   const Eigen::VectorXd gradient =
       information.scores.rowwise().sum() + u.precision.cwiseProduct(state.values);
-  Other out{std::move(own), u, -known.covariance * gradient / scatter, known.covariance};
-  out.evidence = -0.5 * gradient.dot(out.step);
+  const Eigen::VectorXd step = -known.whole * gradient;
+  Other out{std::move(own), u, known.without_motions * step, known.covariance};
+  out.evidence = -0.5 * gradient.dot(step);
   if (u.size == before) return out;
   // Laplace: the price of a number is how much of its width the readings leave.
   const Eigen::Index more = u.size - before;

@@ -19,7 +19,6 @@ constexpr int kFolds = 5;
 /// Returns the largest relative change.
 double estimate_noise(FrameProblem& problem, const FrameInformation& information,
                       const Knowledge& known) {
-  const Eigen::MatrixXd covariance = known.covariance / (known.lack_of_fit * known.lack_of_fit);
   ChannelSigma squares{}, freedom{}, least = specified_sigma(problem.robot.sigma);
   for (double& sigma : least) sigma *= kLeastNoise;
   double change = 0.0;
@@ -28,7 +27,7 @@ double estimate_noise(FrameProblem& problem, const FrameInformation& information
     const Eigen::Index size = rows.residual.size(), left = free.cols();
     const Eigen::MatrixXd common = free.transpose() * rows.by_common;
     const Eigen::MatrixXd own =
-        free * (Eigen::MatrixXd::Identity(left, left) - common * covariance * common.transpose()) *
+        free * (Eigen::MatrixXd::Identity(left, left) - common * known.whole * common.transpose()) *
         free.transpose();
     for (Eigen::Index row = 0; row < size; ++row) {
       const auto channel = static_cast<std::size_t>(rows.channel[static_cast<std::size_t>(row)]);

@@ -10,6 +10,7 @@
 #include "cdprcal/frame/mirror.hpp"
 #include "cdprcal/frame/rows.hpp"
 #include "cdprcal/frame/start.hpp"
+#include "cdprcal/robot_file/robot_file.hpp"
 
 namespace cdprcal {
 namespace {
@@ -361,6 +362,50 @@ TEST(Frame, ATrackerShowsTheScaleAndThePlaceInTheWorld) {
                    [](const AppliedEffect& effect) { return effect.name == "whole_length_scale"; });
   ASSERT_NE(ratio, found.corrected.effects.end());
   EXPECT_EQ(ratio->parameters.front().values, std::vector<double>(4, found.scale->value));
+}
+
+TEST(Frame, ATrackerLeavesTheNoiseOfLengthsAsItIs) {
+  // What is left out of σ, the place of the frame, takes part in how well readings are fitted; and
+  // no σ is far larger than what was known before.
+  constexpr double kKnown_m = 0.03;
+  Robot truth = load_robot("posts8");
+  truth.cables.resize(6);  // a reading for each coordinate of a pose
+  for (unsigned seed = 0; seed < 8; ++seed) {
+    Rng rng(980 + seed);
+    std::normal_distribution<double> unit(0.0, 1.0);
+    constexpr int kPoses = 30;
+    Log log;
+    log.source = "tracked";
+    log.time_s = Eigen::VectorXd::LinSpaced(kPoses, 0.0, kPoses - 1.0);
+    log.direct_length_m.resize(kPoses, truth.cable_count());
+    log.position_m.resize(kPoses, 3);
+    log.roll_pitch_yaw_rad.resize(kPoses, 3);
+    for (int i = 0; i < kPoses; ++i) {
+      Pose pose;
+      pose.position_m =
+          Vector3(uniform(rng, -0.4, 0.4), uniform(rng, -0.4, 0.4), uniform(rng, 0.7, 1.3));
+      pose.rotation = exp_so3(Vector3(0.15 * unit(rng), 0.15 * unit(rng), 0.15 * unit(rng)));
+      const PlatformState state = platform_state(truth, pose);
+      const Vector3 angles = euler_from_rotation(state.rotation, truth.euler_convention);
+      for (int c = 0; c < truth.cable_count(); ++c) {
+        log.direct_length_m(i, c) = state.length_m()[c] + kNoise_m * unit(rng);
+      }
+      for (int a = 0; a < 3; ++a) {
+        log.position_m(i, a) = pose.position_m[a] + kNoise_m * unit(rng);
+        log.roll_pitch_yaw_rad(i, a) = angles[a] + 5e-3 * unit(rng);
+      }
+    }
+    Robot file = truth;
+    file.sigma.direct_length_m = file.sigma.position_m = kNoise_m;
+    for (Cable& cable : file.cables) {
+      cable.pulley.position_m += kKnown_m * Vector3(unit(rng), unit(rng), unit(rng));
+      cable.pulley.position_sigma_m.setConstant(kKnown_m);
+    }
+    const FrameResult found = find_frame(file, {log});
+    expect_within(found, truth, 4.0);
+    EXPECT_NEAR(found.noise_m, kNoise_m, 0.35 * kNoise_m);
+    for (const Vector3& sigma : found.anchors_sigma_m) EXPECT_LT(sigma.maxCoeff(), 2.0 * kKnown_m);
+  }
 }
 
 TEST(Frame, TooFewPosesAreSaidToDetermineNothing) {
