@@ -31,8 +31,14 @@ bool fits(const FrameProblem& problem, const FrameState& state) {
   return 2.0 * state.cost < kNoise * kNoise * readings;
 }
 
-/// To the end: with poses that sit in minima of their own tried again.
+/// To the end: with poses that sit in minima of their own tried again. As if nothing stretched
+/// first: far from the frame a stretch that is not there takes up what the pulleys should.
 void follow(const FrameProblem& problem, int max_iterations, FrameState& state) {
+  if (const int compliance = problem.unknowns.compliance; compliance >= 0) {
+    FrameProblem rigid = problem;
+    rigid.unknowns.held[static_cast<std::size_t>(compliance)] = true;
+    minimise(rigid, state, max_iterations);
+  }
   minimise(problem, state, max_iterations);
   for (int pass = 0; pass < kMostRounds && improve_poses(problem, state); ++pass) {
     minimise(problem, state, max_iterations);
