@@ -135,6 +135,10 @@ Calibration fit(Calibration out, const CalibrateOptions& options) {
   const Calibration prepared = out;
   std::vector<CalibrationResult> ends;
   out.result = solve_from_starts(problem, initial, options.most_starts, options.solve, &ends);
+  if (!initial && options.most_starts > 1 && !is_balanced(problem) &&
+      out.result.status == CalibrationStatus::not_converged) {
+    out.result = solve_from_anywhere(problem, options.most_starts, options.solve, out.result);
+  }
   const CalibrationResult first = out.result;
   refine_in_place(options, out);
   const bool doubtful = !is_balanced(problem) ||
@@ -184,12 +188,9 @@ Calibration fit_either(const Calibration& prepared, const CalibrateOptions& opti
 
 /// The rests of a prepared calibration and the sample that it starts from.
 Calibration without_motion(Calibration prepared) {
-  auto& measurements = prepared.problem.measurements;
-  measurements.erase(
-      std::remove_if(measurements.begin() + 1, measurements.end(),
-                     [](const Measurement& m) { return m.kind == PoseKind::kinematic_pose; }),
-      measurements.end());
-  prepared.kinematic_poses = measurements.front().kind == PoseKind::kinematic_pose ? 1 : 0;
+  prepared.problem = without_motion(std::move(prepared.problem));
+  const Measurement& first = prepared.problem.measurements.front();
+  prepared.kinematic_poses = first.kind == PoseKind::kinematic_pose ? 1 : 0;
   return prepared;
 }
 

@@ -164,6 +164,19 @@ Eigen::Quaterniond measured_attitude(const Robot& robot, const Measurement& m, d
   return rotation_from_euler(angles, robot.euler_convention);
 }
 
+/// How far below the pulleys platforms hang, for want of anything better.
+double usual_depth_m(const Robot& robot) {
+  const Vector3 span = pulley_box(robot).extent_m();
+  return 0.5 * std::max({span.x(), span.y(), robot_size_m(robot) / std::sqrt(2.0)});
+}
+
+/// The digits of k in a base, mirrored at the point: in [0, 1).
+double radical_inverse(int k, int base) {
+  double out = 0.0, digit = 1.0;
+  for (; k > 0; k /= base) out += (digit /= base) * (k % base);
+  return out;
+}
+
 }  // namespace
 
 Pose estimate_pose(const Robot& robot, const AbsoluteReadings& readings, const Pose& start) {
@@ -218,7 +231,7 @@ std::vector<Pose> reference_guesses(const Robot& given, const Measurement& refer
   // A cross of positions below the pulleys: platforms hang there.
   const auto [low, high] = pulley_box(robot);
   const Vector3 span = high - low;
-  const double depth = 0.5 * std::max({span.x(), span.y(), robot_size_m(robot) / std::sqrt(2.0)});
+  const double depth = usual_depth_m(robot);
   const Eigen::Quaterniond attitude =
       measured_attitude(robot, reference, reference.absolute_yaw_rad);
   constexpr std::array<std::array<double, 3>, 7> kSpread{{{0.0, 0.0, -0.75},
@@ -248,6 +261,25 @@ std::vector<Pose> reference_guesses(const Robot& given, const Measurement& refer
   }
   if (guesses.empty()) {
     guesses.push_back(on_motion(robot, {0.5 * (low + high) - Vector3(0, 0, depth), attitude}));
+  }
+  return guesses;
+}
+
+std::vector<Pose> spread_guesses(const Robot& robot, const Measurement& reference, int count) {
+  constexpr double kDeep = 4.0;  // times the usual depth
+  constexpr double kTurned_rad = 40.0 * kDegree;
+  const auto [low, high] = pulley_box(robot);
+  const Vector3 span = high - low, middle = 0.5 * (low + high);
+  const bool heads = std::isfinite(reference.absolute_yaw_rad);
+  std::vector<Pose> guesses;
+  for (int k = 1; static_cast<int>(guesses.size()) < count && k <= 2 * count; ++k) {
+    const auto share = [k](int base) { return radical_inverse(k, base) - 0.5; };
+    const double down = kDeep * usual_depth_m(robot) * (share(5) + 0.5);
+    const Vector3 at(middle.x() + share(2) * span.x(), middle.y() + share(3) * span.y(),
+                     high.z() - down);
+    const double yaw_rad = heads ? reference.absolute_yaw_rad : 2.0 * kTurned_rad * share(7);
+    const Pose pose = on_motion(robot, {at, measured_attitude(robot, reference, yaw_rad)});
+    if (platform_state(robot, pose).valid) guesses.push_back(pose);
   }
   return guesses;
 }

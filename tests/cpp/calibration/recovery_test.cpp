@@ -3,6 +3,8 @@
 
 #include "../support/random_robot.hpp"
 #include "../support/scenario.hpp"
+#include "cdprcal/calibration/initial_guess.hpp"
+#include "cdprcal/calibration/multi_start.hpp"
 #include "cdprcal/decompositions.hpp"
 #include "cdprcal/statistics.hpp"
 
@@ -143,6 +145,55 @@ TEST(Recovery, CovarianceIsHonestFullStatic) { expect_consistent(kConfigurations
 TEST(Recovery, CovarianceIsHonestFullKinematic) { expect_consistent(kConfigurations[1], 0.05); }
 TEST(Recovery, CovarianceIsHonestPaperStatic) { expect_consistent(kConfigurations[2], 0.05); }
 TEST(Recovery, CovarianceIsHonestPaperKinematic) { expect_consistent(kConfigurations[3], 0.05); }
+
+/// Rests and moments in motion in turn, without load cells.
+Scenario without_load_cells(const Robot& robot) {
+  Scenario s = scenario(robot, irma4_setpoints(), PoseKind::static_pose, 0.3, 11);
+  s.problem.statics = StaticsModel::wrench;
+  for (std::size_t i = 0; i < s.problem.measurements.size(); ++i) {
+    Measurement& m = s.problem.measurements[i];
+    m.tension_N.setConstant(kNaN);
+    m.tension_setpoint_N.setConstant(kNaN);
+    if (i % 2 == 1) m.kind = PoseKind::kinematic_pose;
+  }
+  return s;
+}
+
+TEST(Recovery, WhereNoStartAgreedThePoseIsLookedForByTheRests) {
+  const Robot robot = load_robot("irma4");
+  Scenario s = without_load_cells(robot);
+  ASSERT_GE(without_motion(s.problem).measurements.size(), 4U);
+  CalibrationResult nowhere;
+  nowhere.status = CalibrationStatus::not_converged;
+  nowhere.cost = 1e9;
+  nowhere.poses.assign(s.truth.size(), s.truth.front());
+  const CalibrationResult found = solve_from_anywhere(s.problem, 10, {}, nowhere);
+  ASSERT_EQ(found.status, CalibrationStatus::converged) << found.reason;
+  ASSERT_EQ(found.poses.size(), s.truth.size());
+  const Vector6 error = minus(found.poses.front(), s.truth.front());
+  EXPECT_LT(std::sqrt(error.dot(found.covariance->ldlt().solve(error))), 4.5);
+
+  // What contradicts itself does so from everywhere, and is given back.
+  for (Measurement& m : s.problem.measurements) std::swap(m.length_m[0], m.length_m[2]);
+  EXPECT_NE(solve_from_anywhere(s.problem, 10, {}, nowhere).status, CalibrationStatus::converged);
+}
+
+TEST(Recovery, GuessesAreSpreadFromThePulleysDownToTwiceAsDeep) {
+  const Robot robot = load_robot("irma4");
+  const Scenario s = without_load_cells(robot);
+  const auto [low, high] = pulley_box(robot);
+  const double across = std::max((high - low).x(), (high - low).y());
+  double lowest = high.z(), highest = low.z();
+  const std::vector<Pose> guesses = spread_guesses(robot, s.problem.measurements.front(), 24);
+  ASSERT_EQ(guesses.size(), 24U);
+  for (const Pose& guess : guesses) {
+    lowest = std::min(lowest, guess.position_m.z());
+    highest = std::max(highest, guess.position_m.z());
+    EXPECT_LE(guess.position_m.z(), high.z());
+  }
+  EXPECT_LT(lowest, high.z() - 1.5 * across);
+  EXPECT_GT(highest, high.z() - 0.2 * across);
+}
 
 TEST(Recovery, MissingReadingsAreLeftOut) {
   const Robot robot = load_robot("irma4");
