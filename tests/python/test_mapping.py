@@ -1128,6 +1128,40 @@ def test_json_lines_are_records_with_times_of_their_own(tmp_path: Path) -> None:
     assert raw.line.tolist() == [1, 3, 5, 7, 9]
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "t,a,b\n" + "".join(f"{i},{i}.5,2\n" for i in range(9)) + "9,9.",
+        "".join(f'{{"t": {i}, "a": 1}}\n' for i in range(10)) + '{"t": 10, "a',
+        "".join(f"{{t: {i}, a: 1}}\n" for i in range(10)) + "{t: 10, a",
+        "SampleTime[ms],1\n" + "".join(f"{i},2.5\n" for i in range(9)) + "9",
+        "".join(f"{i // 2},{'ab'[i % 2]},2{i}.5\n" for i in range(10)) + "5,a",
+    ],
+    ids=["CSV", "JSON lines", "records", "TwinCAT Scope", "a reading a row"],
+)
+def test_a_last_line_that_is_cut_off_is_left_out_and_said_so(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "killed.txt"
+    path.write_text(text)
+    assert read_raw(path).cut_line == 11
+    path.write_text(text.rpartition("\n")[0])
+    assert read_raw(path).cut_line is None
+
+
+def test_who_maps_a_log_is_told_of_its_cut_last_line(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    raw, the_map = SHAPES["kgf, unsaid"].make(synthetic.log, tmp_path), tmp_path / "map.yaml"
+    lines = len(raw.read_text().splitlines())
+    raw.write_text(raw.read_text() + "77.1,1817.5,18")
+    assert f"not used: line {lines + 1}, which is cut off" in (
+        cli("check", "irma4", raw, "--propose", the_map).stdout
+    )
+    for command in (("check", "irma4", raw), ("import", raw, "-o", tmp_path / "run.csv")):
+        ran = cli(*command, "--map", the_map)
+        assert ran.code == 0, ran
+        assert f"the last line, {lines + 1}, is cut off and left out" in ran.stdout + ran.stderr
+
+
 def one_a_row(rows: list[tuple[Any, ...]]) -> str:
     return "".join(",".join(map(str, row)) + "\n" for row in rows)
 

@@ -162,16 +162,19 @@ def _whole_lines(data: bytes, findings: list[Finding]) -> bytes:
     """Without a last line that was cut: even its last number may be half a number."""
     whole = data[: data.rfind(b"\n") + 1]
     if len(whole) < len(data):
-        findings.append(
-            Finding(
-                severity="warning",
-                code="truncated",
-                message="the last line is cut off and left out",
-                remedy="what was read before is used",
-                line=whole.count(b"\n") + 1,
-            )
-        )
+        findings.append(cut_off(whole.count(b"\n") + 1))
     return whole
+
+
+def cut_off(line: int) -> Finding:
+    """That the last line of a file, counted from 1, is not whole."""
+    return Finding(
+        severity="warning",
+        code="truncated",
+        message=f"the last line, {line}, is cut off and left out",
+        remedy="what was read before is used",
+        line=line,
+    )
 
 
 def _unfinished(data: bytes) -> Iterator[Finding]:

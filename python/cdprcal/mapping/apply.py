@@ -16,7 +16,7 @@ from cdprcal.findings import Finding
 from cdprcal.hardware.xsens.measurement import rotation_from_quaternion
 from cdprcal.io.files import begins_with, is_foreign, is_workbook, shown_path, shown_text
 from cdprcal.io.loaded import LogFile
-from cdprcal.io.log_file import load_run, refuse_repeated, require_cable_count
+from cdprcal.io.log_file import cut_off, load_run, refuse_repeated, require_cable_count
 from cdprcal.io.marks import marks_in, without
 from cdprcal.mapping.common_time import nearest
 from cdprcal.mapping.counter import unwrapped
@@ -69,7 +69,8 @@ def apply_map(raw: RawTable, the_map: Map, source: str, robot: _core.Robot | Non
             arrays[sensor.field] = values
     log = Log(time_s=rows.time_s, source=shown_path(raw.path), **arrays)
     line = None if raw.line is None else raw.line[rows.kept]
-    findings = (*rows.findings, *rows.marks())
+    cut = () if raw.cut_line is None else (cut_off(raw.cut_line),)
+    findings = (*rows.findings, *cut, *rows.marks())
     return LogFile(raw.path, "mapped", log, findings, line=line)
 
 

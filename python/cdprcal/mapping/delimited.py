@@ -255,6 +255,7 @@ def _table(path: Path, lines: list[str], form: DelimitedForm) -> RawTable:
         raise InputError(f"{name}:{form.header_line}: names no columns; correct text.header_line")
     rows: list[list[str]] = []
     at: list[int] = []
+    cut_line: int | None = None
     least = _least_cells(lines, form, len(names))
     for number, line in enumerate(lines[form.header_line :], start=form.header_line + 1):
         if not line.strip() or line.lstrip()[0] in _COMMENT:
@@ -274,7 +275,8 @@ def _table(path: Path, lines: list[str], form: DelimitedForm) -> RawTable:
             cells += [""] * (len(names) - len(cells))
         if len(cells) != len(names):
             if number == len(lines):
-                continue  # the last line was cut off
+                cut_line = number
+                continue
             raise InputError(
                 f"{name}:{number}: has {len(cells)} columns, the header {len(names)}; delete the "
                 "line, or correct text.separator"
@@ -291,7 +293,7 @@ def _table(path: Path, lines: list[str], form: DelimitedForm) -> RawTable:
             _column(cells, form.decimal, units[i] if units else ""),
             repeats=first if first != column and first in columns else "",
         )
-    return RawTable(path, "csv", columns, form, np.array(at, dtype=np.int64))
+    return RawTable(path, "csv", columns, form, np.array(at, dtype=np.int64), cut_line=cut_line)
 
 
 def _least_cells(lines: list[str], form: DelimitedForm, names: int) -> int:

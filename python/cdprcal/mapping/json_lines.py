@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -37,13 +38,15 @@ def read_json_lines(path: Path) -> RawTable:
     lines = read_bytes(path).decode("utf-8-sig", "replace").split("\n")
     rows: list[dict[str, float | str | None]] = []
     at: list[int] = []
+    cut_line: int | None = None
     for number, line in enumerate(lines, start=1):
         if not line.strip():
             continue
         held = _object(line.encode())
         if held is None:
             if number == len(lines):
-                continue  # the last line was cut off
+                cut_line = number
+                continue
             raise InputError(
                 f"{name}:{number}: {shown_text(line, 40)!r} is no JSON object as the lines before "
                 "it; correct or delete the line"
@@ -56,12 +59,13 @@ def read_json_lines(path: Path) -> RawTable:
     if any(isinstance(cell, str) for row in rows for cell in row.values()):
         cells = [["" if row.get(key) is None else str(row[key]) for key in keys] for row in rows]
         if (table := one_a_row(path, [[*keys], *cells], [0, *at])) is not None:
-            return table
+            return replace(table, cut_line=cut_line)
     columns = {key: _column([row.get(key) for row in rows]) for key in keys}
     kept = {key: column for key, column in columns.items() if column is not None}
     left_out = tuple(key for key in keys if key not in kept)
     kept["run"] = Column(np.ones(len(rows)))  # as of records among words
-    return RawTable(path, "records", kept, line=np.array(at, dtype=np.int64), left_out=left_out)
+    line_of = np.array(at, dtype=np.int64)
+    return RawTable(path, "records", kept, line=line_of, left_out=left_out, cut_line=cut_line)
 
 
 def _object(line: bytes) -> dict[str, Any] | None:

@@ -123,7 +123,9 @@ def _table(path: Path, cells: Sequence[list[str]], at: Sequence[int], form: _For
     }
     common, columns = _as_rows(columns)
     key = "time" if lines[0] == 0 else cells[0][form.time]
-    return RawTable(path, "one a row", {key: Column(common, is_clock=clock is not None), **columns})
+    columns = {key: Column(common, is_clock=clock is not None), **columns}
+    cut_line = at[-1] if len(cells[-1]) < width else None
+    return RawTable(path, "one a row", columns, cut_line=cut_line)
 
 
 def _sample(count: int) -> list[int]:

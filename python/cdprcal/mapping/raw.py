@@ -46,7 +46,8 @@ class DelimitedForm:
 @dataclass(frozen=True)
 class RawTable:
     """A raw file: its kind (csv, one a row, records, mat, arrow, bag) and its columns in the order
-    of the file; ``left_out``: what it holds beside them that is no column of numbers."""
+    of the file; ``left_out``: what it holds beside them that is no column of numbers; ``cut_line``:
+    its last line, from 1, where that is cut off and left out."""
 
     path: Path
     kind: str
@@ -54,6 +55,7 @@ class RawTable:
     form: DelimitedForm | None = None
     line: NDArray[np.int64] | None = None  #: of each row, from 1
     left_out: tuple[str, ...] = ()
+    cut_line: int | None = None
 
     def readings(self, name: str) -> Column:
         """A column whose every cell could be read. Raises InputError naming line and cell."""
