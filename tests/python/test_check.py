@@ -342,6 +342,18 @@ def test_a_damaged_csv_is_read_as_far_as_it_is_good(
     assert not report.trusted
 
 
+def test_times_of_whole_seconds_are_no_clock_that_was_set(
+    robot: cdprcal.Robot, log_path: Path
+) -> None:
+    header, *rows = log_path.read_text().splitlines()
+    cells = [row.split(",", 1) for row in rows]
+    whole = [f"{int(float(time))},{rest}" for time, rest in cells]
+    log_path.write_text("\n".join([header, *whole, ""]))
+    finding = check_file(robot, log_path).findings[0]
+    assert finding.code == "time_not_increasing"
+    assert "rate_Hz" in finding.remedy
+
+
 def test_the_line_of_a_finding_is_the_line_of_the_file(
     robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
 ) -> None:

@@ -217,6 +217,28 @@ def test_a_clock_that_stands_still_is_the_time_rather_than_a_count(
     assert (proposal.time.columns, proposal.time.sure) == (("t",), "guess")
 
 
+@pytest.mark.parametrize("day", ["", "2026-03-01 12:00:"])
+def test_stamps_of_whole_seconds_give_way_to_the_rate(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, day: str
+) -> None:
+    log, the_map = synthetic.log, tmp_path / "map.yaml"
+    written = [f"{day}{int(time) % 60:02d}" for time in np.asarray(log.time_s)[:500]]
+    log = cdprcal.Log(time_s=log.time_s[:500], length_m=log.length_m[:500],
+                      tension_N=log.tension_N[:500])  # fmt: skip
+    raw = with_times(log, tmp_path / "raw.csv", "stamp", written)
+    proposal = propose_file(raw)
+    assert (proposal.rate_Hz, proposal.time.sure) == (pytest.approx(10.0), "guess")
+    assert "'stamp' goes on by 1 s at a time" in proposal.time.why
+    the_map.write_text(re.sub("time: .*", 'time: {column: "stamp", unit: "s"}', proposal.text()))
+    (finding,) = load_mapped(raw, the_map, None).findings
+    assert finding.message.startswith("450 of 500 rows have the time of the row before")
+    assert "write time: {rate_Hz: 10} into the mapping file" in finding.remedy
+    # Of rows that are written again nothing is lost.
+    header, *rows = raw.read_text().splitlines()
+    raw.write_text("\n".join([header, *(row for row in rows[::10] for _ in range(10))]))
+    assert propose_file(raw).time.columns == ("stamp",)
+
+
 def test_a_full_name_beats_an_alias(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
     renamed = ("tension_1_N", "theta_rad"), ("tension_2_N", "rx_rad")
     raw = canonical(synthetic.log, tmp_path / "raw.csv", *renamed)

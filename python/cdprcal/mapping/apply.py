@@ -18,9 +18,9 @@ from cdprcal.io.files import begins_with, is_foreign, is_workbook, shown_path, s
 from cdprcal.io.loaded import LogFile
 from cdprcal.io.log_file import cut_off, load_run, refuse_repeated, require_cable_count
 from cdprcal.io.marks import marks_in, without
-from cdprcal.mapping.common_time import nearest
+from cdprcal.mapping.common_time import nearest, shared_stamps
 from cdprcal.mapping.counter import unwrapped
-from cdprcal.mapping.document import GROUPS, QUATERNIONS, Group, Map, load_map
+from cdprcal.mapping.document import GROUPS, QUATERNIONS, Group, Map, Time, load_map
 from cdprcal.mapping.one_a_row import holds_one_a_row
 from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable
 from cdprcal.mapping.read import read_raw
@@ -92,15 +92,8 @@ class _Rows:
         self.kept = _increasing(time_s)
         rows = len(time_s) - begin
         if len(self.kept) < rows:
-            self.findings.append(
-                Finding(
-                    severity="warning",
-                    code="same_time",
-                    message=f"{rows - len(self.kept)} of {rows} rows have no time, "
-                    "or not a later one than the row before, and are left out",
-                    remedy="see that one logger writes the file, and no one sets its clock",
-                )
-            )
+            left_out = f"{rows - len(self.kept)} of {rows} rows"
+            self.findings.append(_same_time(left_out, time_s[begin:], the_map.time))
         if the_map.run is not None:
             self._take_run(the_map.run)
         self.time_s = time_s[self.kept]
@@ -203,6 +196,27 @@ class _Rows:
             f"{self._source}: time: {shown_path(self._raw.path)} has no topic {topic!r} with "
             f"numbers; give one of those it has: {', '.join(topics)}"
         )
+
+
+def _same_time(left_out: str, time_s: Floats, time: Time) -> Finding:
+    """That rows, ``left_out`` of how many, have no time of their own."""
+    if (shared := shared_stamps(time_s)) is None:
+        message = "have no time, or not a later one than the row before, and are left out"
+        remedy = "see that one logger writes the file, and no one sets its clock"
+    else:
+        lasts_s, rate_Hz = shared
+        finer = "" if time.plus else " or add what passed since to it with plus,"
+        message = (
+            f"have the time of the row before and are left out: {shown_text(time.column, 60)!r} "
+            f"goes on by {lasts_s:.3g} s at a time"
+        )
+        remedy = (
+            f"give a finer column as time,{finer} or write time: {{rate_Hz: {rate_Hz:.3g}}} into "
+            "the mapping file if the rows come as evenly"
+        )
+    return Finding(
+        severity="warning", code="same_time", message=f"{left_out} {message}", remedy=remedy
+    )
 
 
 def _last_begin(time_s: Floats) -> int:
