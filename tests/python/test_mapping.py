@@ -1077,8 +1077,16 @@ DAMAGED = {
     "x.csv": (b"once upon a time\nthere was\n", "is no table of numbers"),
     "empty.csv": (b"", "is no table of numbers"),
     "one line.json": (
-        b'{"a":{' + b'"1":2.5,' * 30000 + b'"9":0}}',
+        b'{"a":{' + b'"1":2.5,' * 30000 + b'"9":0}',
         "one line.json:1: has a cell of more than 131072",
+    ),
+    "label.json": (
+        b'{"0":{"0":1,"1":2},"1":{"0":3,"1":4}}',
+        "label.json: is JSON, but no table whose rows and columns can be told apart; write it as",
+    ),
+    "twice.json": (
+        b'{"columns":["t","a","a"],"data":[[0,1,2],[1,2,3]]}',
+        "twice.json: has two columns 'a'; rename one of them",
     ),
     "ragged.csv": (b"t,a\n0,1\n1,2\n2\n3,4\n4,5\n", "ragged.csv:4: has 1 columns, the header 2"),
     "long.csv": (
@@ -1184,6 +1192,56 @@ def test_who_maps_a_log_is_told_of_its_cut_last_line(
         assert f"the last line, {lines + 1}, is cut off and left out" in ran.stdout + ran.stderr
 
 
+COLUMNS = {"t": [0.0, 0.1, 0.2], "length 1": [1.0, None, 3.0], "note": ["x", "y", "z"]}
+ROWS: list[dict[str, Any]] = [
+    dict(zip(COLUMNS, row, strict=True)) for row in zip(*COLUMNS.values(), strict=True)
+]
+
+
+@pytest.mark.parametrize(
+    "held",
+    [
+        {name: {str(i): cell for i, cell in enumerate(c)} for name, c in COLUMNS.items()},
+        {str(i): row for i, row in enumerate(ROWS)},
+        {"columns": [*COLUMNS], "index": [0, 1, 2], "data": [[*row.values()] for row in ROWS]},
+        ROWS,
+        {"schema": {"fields": [{"name": "t"}, {"name": "note"}]}, "data": ROWS},
+        {"robot": "irma", "rate_Hz": 10, **COLUMNS},
+    ],
+    ids=["columns", "index", "split", "records", "table", "list"],
+)
+@pytest.mark.parametrize("indent", [None, 2])
+def test_json_of_one_table_is_read(held: Any, indent: int | None, tmp_path: Path) -> None:
+    path = tmp_path / "frame.json"
+    path.write_text(json.dumps(held, indent=indent))
+    raw = read_raw(path)
+    assert list(raw.columns) == ["t", "length 1"]
+    np.testing.assert_array_equal(raw.columns["t"].values, COLUMNS["t"])
+    np.testing.assert_array_equal(raw.columns["length 1"].values, [1.0, np.nan, 3.0])
+
+
+def test_a_data_frame_in_json_ends_in_a_map(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    """Its index is the time; names of two levels are one; columns may be lists of lists."""
+    pandas = pytest.importorskip("pandas")
+    log, path = synthetic.log, tmp_path / "frame.json"
+    stamps = pandas.Timestamp("2026-03-01 12:00") + pandas.to_timedelta(log.time_s, unit="s")
+    names = pandas.MultiIndex.from_product([["length [mm]"], ["1", "2", "3", "4"]])
+    frame = pandas.DataFrame(1e3 * log.length_m, index=stamps, columns=names)
+    frame.to_json(path, date_format="iso")
+    lists = {"time_ms": (1e3 * log.time_s).tolist(), "length_mm": (1e3 * log.length_m).tolist()}
+    for text in (path.read_text(), json.dumps(lists)):
+        path.write_text(text)
+        proposal = propose_file(path)
+        assert (proposal.time.sure, proposal.lines[0].unit) == ("sure", "mm")
+        read = through_its_map(proposal).log
+        np.testing.assert_allclose(read.length_m, log.length_m, atol=1e-6)
+        np.testing.assert_allclose(read.time_s, log.time_s - log.time_s[0], atol=1e-3)
+    path.write_text(pandas.DataFrame(log.length_m).to_json(orient="values"))
+    assert list(read_raw(path).columns) == [f"column_{i}" for i in range(1, 5)]
+
+
 def one_a_row(rows: list[tuple[Any, ...]]) -> str:
     return "".join(",".join(map(str, row)) + "\n" for row in rows)
 
@@ -1222,12 +1280,14 @@ def test_a_reading_a_row_in_json_and_excel(tmp_path: Path) -> None:
     held = [(0.1 * k, name, k + at) for k in range(10) for at, name in enumerate(("a", "b"))]
     lines = tmp_path / "long.jsonl"
     keys = ("ts", "signal", "value")
-    lines.write_text("\n".join(json.dumps(dict(zip(keys, row, strict=True))) for row in held))
+    objects = [dict(zip(keys, row, strict=True)) for row in held]
+    lines.write_text("\n".join(map(json.dumps, objects)))
+    (tmp_path / "long.json").write_text(json.dumps(objects))
     book = openpyxl.Workbook()
     for row in (keys, *held):
         book.active.append(row)
     book.save(tmp_path / "long.xlsx")
-    for path in (lines, tmp_path / "long.xlsx"):
+    for path in (lines, tmp_path / "long.json", tmp_path / "long.xlsx"):
         columns = read_raw(path).columns
         assert list(columns) == ["ts", "a", "b"]
         np.testing.assert_array_equal(columns["b"].values, np.arange(10) + 1.0)

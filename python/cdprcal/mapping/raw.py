@@ -45,9 +45,9 @@ class DelimitedForm:
 
 @dataclass(frozen=True)
 class RawTable:
-    """A raw file: its kind (csv, one a row, records, mat, arrow, bag) and its columns in the order
-    of the file; ``left_out``: what it holds beside them that is no column of numbers; ``cut_line``:
-    its last line, from 1, where that is cut off and left out."""
+    """A raw file: its kind (csv, one a row, records, json, mat, arrow, bag) and its columns in the
+    order of the file; ``left_out``: what it holds beside them that is no column of numbers;
+    ``cut_line``: its last line, from 1, where that is cut off and left out."""
 
     path: Path
     kind: str

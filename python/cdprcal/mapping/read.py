@@ -10,6 +10,7 @@ from cdprcal.mapping.bag import read_bag
 from cdprcal.mapping.delimited import read_delimited
 from cdprcal.mapping.hdf5 import HDF5_MAGIC, read_hdf5
 from cdprcal.mapping.json_lines import holds_json_lines, read_json_lines
+from cdprcal.mapping.json_table import read_json_table
 from cdprcal.mapping.matlab import read_mat
 from cdprcal.mapping.one_a_row import one_a_row_in_text
 from cdprcal.mapping.raw import DelimitedForm, RawTable
@@ -21,7 +22,8 @@ from cdprcal.ros2 import is_bag
 
 def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:
     """Reads CSV and its like, with a signal a column or a reading a row, exports of TwinCAT Scope,
-    JSON lines, records in braces, Excel workbooks, MAT, HDF5, Parquet, Feather or a ROS 2 bag.
+    JSON of one table or an object a line, records in braces, Excel workbooks, MAT, HDF5, Parquet,
+    Feather or a ROS 2 bag.
 
     ``form``: how text is to be cut; None: found. Raises InputError naming file and place.
     """
@@ -41,6 +43,8 @@ def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:
         head = begins_with(path, 1 << 16, unpacked=True)
         if holds_json_lines(head):
             return read_json_lines(path)
+        if (table := read_json_table(path, head)) is not None:
+            return table
         if holds_records(head):
             return read_records(path)
         if holds_scope(head):
