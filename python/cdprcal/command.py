@@ -17,10 +17,14 @@ from cdprcal.completion import effect_file_names, robot_names
 from cdprcal.interrupt import INTERRUPTED as INTERRUPTED
 from cdprcal.interrupt import loaded, stopping
 from cdprcal.letters import readable
+from cdprcal.streams import leave_stdout
 
 if TYPE_CHECKING:
     from cdprcal import _core
     from cdprcal.io.replacing import Output
+
+#: Names of stdout as a file.
+_STDOUT = ("/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")
 
 DONE, UNTRUSTED, WRONG_USE, WITH_CAVEATS = 0, 1, 2, 3
 
@@ -169,7 +173,8 @@ def robot_with_effects(robot: str, effects: Sequence[str] | None) -> _core.Robot
 
 
 def keep_apart(outputs: Mapping[str, str], inputs: Mapping[str, str | Sequence[str]]) -> None:
-    """Refuses to write over what is read, two things into one file, or to stdout.
+    """Refuses to write over what is read, or two things into one file; a file that is stdout by
+    its name has it for itself.
 
     ``outputs``: option → its path, empty when it was not given; ``inputs``: what it is → its path
     or paths, which need not exist (built-in robots). Raises InputError.
@@ -186,7 +191,9 @@ def keep_apart(outputs: Mapping[str, str], inputs: Mapping[str, str | Sequence[s
         if not path:
             continue
         if path == "-":
-            raise InputError(f"{option} -: no file is written to stdout; give the name of a file")
+            raise InputError(f"{option} -: is no file; give its name, or /dev/stdout")
+        if path in _STDOUT:
+            leave_stdout()
         for what, source in read:
             if source and _same_file(path, source):
                 raise InputError(

@@ -55,8 +55,11 @@ OVERWRITING: dict[str, tuple[tuple[str, ...], str]] = {
     "check, its log": (("check", "mine.yaml", "run.csv", "--propose", "run.csv", "--force"), "log"),
     "report, its log": (("report", "mine.yaml", "p.html", "-o", "p.html", "--force"), "input"),
     "workspace": (("workspace", "mesh.ply", "-o", "mesh.ply", "--force"), "robot file"),
-    "stdout": (("calibrate", "mine.yaml", "run.csv", "-o", "-"), "-o -: no file is written to"),
-    "stdout, a log": (("generate", "mine.yaml", "-o", "-"), "-o -: no file is written to stdout"),
+    "stdout": (("calibrate", "mine.yaml", "run.csv", "-o", "-"), "-o -: is no file; give its name"),
+    "stdout, a log": (
+        ("generate", "mine.yaml", "-o", "-"),
+        "-o -: is no file; give its name, or /dev/stdout",
+    ),
 }
 
 

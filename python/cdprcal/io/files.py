@@ -193,13 +193,15 @@ def atomic_output(path: Path) -> Iterator[Path]:
     """Yields a temporary path beside ``path`` that becomes ``path`` when the block succeeds.
 
     When it fails, an older file of that name is untouched and nothing new is left behind. A
-    symbolic link stays one; a device (/dev/null) is written to, never replaced.
+    symbolic link stays one; a device (/dev/null) or a pipe (/dev/stdout) is written to, never
+    replaced.
     Raises InputError naming the file when it cannot be written.
     """
     shown = shown_path(path)
     try:
-        path = path.resolve()
+        # Before links are followed: /dev/stdout is one to no path where it is a pipe.
         device = path.exists() and not path.is_file() and not path.is_dir()
+        path = path if device else path.resolve()
         folder = None if device else path.parent
         handle, name = tempfile.mkstemp(
             dir=folder, prefix=f".{path.name[:50]}.", suffix=path.suffix[:50]
@@ -281,6 +283,7 @@ _REMEDIES = {
     errno.ENOSPC: "free some space, or give another path",
     errno.EDQUOT: "free some space, or give another path",
     errno.EIO: "look at the disk",
+    errno.EPIPE: "see why its reader ended",
 }
 
 

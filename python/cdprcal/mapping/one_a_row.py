@@ -63,7 +63,8 @@ def one_a_row(path: Path, cells: Sequence[list[str]], at: Sequence[int]) -> RawT
     ``cells``: of each row, of which the first may be a header; ``at``: the line of each, if it has
     one. All signals stand on the union of their times, or at the times of the longest where each
     has its own. A name is what tells signals apart: one column of the table ('length_1'), or
-    several ('length', '1': 'length.1'). Raises InputError naming the line whose reading is no number.
+    several ('length', '1': 'length.1'). Raises InputError naming the line whose reading is no
+    number.
     """
     form = _form_of([cells[i] for i in _sample(len(cells))], ".")
     return None if form is None else _table(path, cells, at, form)
