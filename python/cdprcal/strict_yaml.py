@@ -22,8 +22,8 @@ from cdprcal.io.files import read_bytes, shown_path
 _MOST_BYTES = 64 << 10
 _MOST_NESTED = 50
 
-#: The type of an error that ``misplaced`` makes.
-_MISPLACED = "misplaced"
+#: The types of errors that ``misplaced`` and ``unfit`` make.
+_MISPLACED, _UNFIT = "misplaced", "unfit"
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -31,6 +31,11 @@ M = TypeVar("M", bound=BaseModel)
 def misplaced(where: str, what: str) -> PydanticCustomError:
     """An error of the whole that belongs to one field, by its path ('bus.type')."""
     return PydanticCustomError(_MISPLACED, "{what}", {"what": what, "where": where})
+
+
+def unfit(what: str) -> PydanticCustomError:
+    """An error of a field that names the value and what to do."""
+    return PydanticCustomError(_UNFIT, "{what}", {"what": what})
 
 
 @dataclass(frozen=True)
@@ -197,8 +202,8 @@ def _message(error: Any, place: Sequence[str | int]) -> str:
         return f"{where}: is not known here"
     if kind == "missing":
         return f"{where}: is missing"
-    said = _one_line(said[:1].lower() + said[1:])
-    if kind == _MISPLACED:
+    said = _one_line(said if kind == _UNFIT else said[:1].lower() + said[1:])
+    if kind in (_MISPLACED, _UNFIT):
         return f"{where}: {said}"
     value = error.get("input")
     if isinstance(value, (str, bool)) or (isinstance(value, int | float) and math.isfinite(value)):

@@ -329,7 +329,27 @@ BAD_MAPS = {
     ),
     "no channels": ("channels:", "more:", "more: is not known here|channels: is missing"),
     "two signs": ("[1, -1, 1, 1]", "[1, -1]", "2 signs for 4 columns"),
-    "no sign": ("[1, -1, 1, 1]", "0", "sign"),
+    "no sign": (
+        "[1, -1, 1, 1]",
+        "0",
+        "map.yaml:4:52: channels.lengths.sign: 0 is neither 1 nor -1; give 1 where cables grow",
+    ),
+    "no sign of one": ("[1, -1, 1, 1]", "[1, 0.5, 1, 1]", "lengths.sign: 0.5 is neither 1 nor"),
+    "an encoding of nobody": (
+        "time:",
+        "text: {encoding: klingon}\ntime:",
+        "map.yaml:2:18: text.encoding: 'klingon' is no encoding of text; give utf-8, utf-16",
+    ),
+    "an encoding of no text": (
+        "time:",
+        "text: {encoding: hex}\ntime:",
+        "text.encoding: 'hex' is no encoding of text; give utf-8",
+    ),
+    "a tab as it is not read": (
+        "time:",
+        "text: {separator: '\\t'}\ntime:",
+        r"map.yaml:2:19: text.separator: '..t' is not one character; give .* or .\\t\"$",
+    ),
     "a column twice": (
         "[a, b, c, d]",
         "[a, b, c, a]",
@@ -402,6 +422,29 @@ time: {{column: t, unit: s}}
 channels:
   lengths: {{columns: [a, b], unit: mm}}
 """
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"t,a,b\n0,1,2\n1,1,3\n", 'map.yaml: text.separator: .*csv has no .*";"; give ",",'),
+        (b"t\ta\tb\n0\t1\t2\n1\t1\t3\n", 'map.yaml: text.separator: .*; give "\\\\t", which'),
+        (b"t;a;b [\xb0]\n0;1;2\n", "map.yaml: text.encoding: .* is not utf-8 text; give cp1252"),
+    ],
+    ids=["comma", "tab", "encoding"],
+)
+def test_a_text_that_is_cut_otherwise_is_answered_by_its_form(
+    content: bytes, said: str, tmp_path: Path
+) -> None:
+    raw, the_map = tmp_path / "raw.csv", tmp_path / "map.yaml"
+    the_map.write_text(READ_MAP.format(decimal="."))
+    raw.write_bytes(content)
+    with pytest.raises(cdprcal.InputError, match=said):
+        load_mapped(raw, the_map, None)
+    the_map.write_text(the_map.read_text().replace("decimal", "header_line: 2, decimal"))
+    raw.write_bytes(b"t;a;b\n0;1;2\n1;1;3\n")
+    with pytest.raises(cdprcal.InputError, match=r"or correct text\.header_line: line 2 "):
+        load_mapped(raw, the_map, None)
 
 
 def read_cell(folder: Path, cell: str, decimal: str = ".") -> float:

@@ -20,6 +20,7 @@ from cdprcal.io.log_file import cut_off, load_run, refuse_repeated, require_cabl
 from cdprcal.io.marks import marks_in, without
 from cdprcal.mapping.common_time import nearest, shared_stamps
 from cdprcal.mapping.counter import unwrapped
+from cdprcal.mapping.delimited import is_number
 from cdprcal.mapping.document import GROUPS, QUATERNIONS, Group, Map, Time, load_map
 from cdprcal.mapping.one_a_row import holds_one_a_row
 from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable
@@ -43,7 +44,9 @@ def load_mapped(path: str | Path, map_path: str | Path, robot: _core.Robot | Non
     form = None
     if the_map.text is not None:
         text = the_map.text
-        form = DelimitedForm(text.separator, text.decimal, text.header_line, text.encoding)
+        form = DelimitedForm(
+            text.separator, text.decimal, text.header_line, text.encoding, shown_path(map_path)
+        )
     return apply_map(read_raw(path, form), the_map, shown_path(map_path), robot)
 
 
@@ -156,6 +159,9 @@ class _Rows:
             there = [*near, *(key for key in columns if key not in near)]
             shown = ", ".join(repr(shown_text(key, 60)) for key in there[:30])
             more = f" and {len(there) - 30} more" if len(there) > 30 else ""
+            form = self._raw.form
+            if form is not None and 2 * sum(is_number(k, form.decimal) for k in there) > len(there):
+                more += f"; or correct text.header_line: line {form.header_line} holds numbers"
             raise InputError(
                 f"{self._source}: {where}: {shown_path(self._raw.path)} has no column {name!r}; "
                 f"give one of those it has: {shown}{more}"

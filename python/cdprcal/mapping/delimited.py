@@ -59,8 +59,10 @@ _UNIT = re.compile(r"[\[(]?\s*[^\s\d\[\]();,]{0,6}(/[^\s\d\[\]();,]{1,4})?\s*[\]
 def read_delimited(path: Path, form: DelimitedForm | None = None) -> RawTable:
     """Reads text in columns; ``form`` None: found. Raises InputError naming file and line."""
     name = shown_path(path)
-    lines, encoding = text_lines(path, form.encoding if form else "")
+    lines, encoding = text_lines(path, form)
     try:
+        if form is not None:
+            _refuse_other_separator(name, lines, form)
         found = form or _form_of(lines, encoding)
         if found is not None:
             return _table(path, lines, found)
@@ -76,6 +78,21 @@ def read_delimited(path: Path, form: DelimitedForm | None = None) -> RawTable:
     )
 
 
+def _refuse_other_separator(name: str, lines: list[str], form: DelimitedForm) -> None:
+    """Raises InputError where the separator of a form parts no names, and another one parts the
+    columns."""
+    names, _ = _names(lines, form)
+    if len(names) > 1 or (not form.header_line and any(form.separator in line for line in lines)):
+        return
+    found = _form_of(lines, form.encoding)
+    if found is not None and found.separator != form.separator:
+        wrong, right = (f'"{s}"'.replace("\t", "\\t") for s in (form.separator, found.separator))
+        raise InputError(
+            f"{form.source}: text.separator: {name} has no columns between {wrong}; give {right}, "
+            "which parts its columns"
+        )
+
+
 def table_of_lines(
     path: Path, lines: list[str], separator: str, *, kind: str, left_out: tuple[str, ...]
 ) -> RawTable:
@@ -89,16 +106,19 @@ def table_of_lines(
     return replace(table, kind=kind, form=None, left_out=left_out)
 
 
-def text_lines(path: Path, encoding: str = "") -> tuple[list[str], str]:
-    """The lines of a text, and its encoding: as given, or found. Raises InputError."""
+def text_lines(path: Path, form: DelimitedForm | None = None) -> tuple[list[str], str]:
+    """The lines of a text, and its encoding: of a form, or found. Raises InputError."""
     refuse_many_lines(path)
     data = read_bytes(path)
-    encoding = encoding or _encoding(data)
+    encoding = form.encoding if form is not None else _encoding(data)
     try:
         return data.decode(encoding).replace("\0", "").splitlines(), encoding
-    except (UnicodeDecodeError, LookupError):
+    except (UnicodeError, LookupError):
+        name = shown_path(path)
+        if form is None:
+            raise InputError(f"{name}: is not whole {encoding} text; save it as UTF-8") from None
         raise InputError(
-            f"{shown_path(path)}: is not {encoding} text; correct text.encoding"
+            f"{form.source}: text.encoding: {name} is not {encoding} text; give {_encoding(data)}"
         ) from None
 
 

@@ -35,12 +35,13 @@ class Column:
 
 @dataclass(frozen=True)
 class DelimitedForm:
-    """How a text file is to be cut into columns."""
+    """How a text file is to be cut into columns; ``source``: the mapping file that says so."""
 
     separator: str  #: one character; a blank: any run of blanks
     decimal: str  #: '.' or ','
     header_line: int  #: that names the columns, from 1; 0: none does
     encoding: str
+    source: str = ""
 
 
 @dataclass(frozen=True)
