@@ -160,14 +160,12 @@ def robot_with_effects(robot: str, effects: Sequence[str] | None) -> _core.Robot
     line and column.
     """
     from cdprcal import _core, effect_files
-    from cdprcal.io.files import read_bytes
+    from cdprcal.io.files import read_utf_8
 
     the_robot = _core.load_robot(robot)
     for path in effects or []:
-        if path in effect_files.names():
-            text = effect_files.text(path)
-        else:
-            text = read_bytes(Path(path)).decode("utf-8", "replace")
+        ours = path in effect_files.names()
+        text = effect_files.text(path) if ours else read_utf_8(Path(path))
         the_robot = _core.with_effect_definitions(the_robot, text, path)
     return the_robot
 

@@ -16,7 +16,7 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import MarkedYAMLError
 
 from cdprcal._core import InputError
-from cdprcal.io.files import read_bytes, shown_path
+from cdprcal.io.files import read_bytes, refuse_utf_16, shown_path
 
 #: Eight winches with comments have a tenth of it; the reader takes a second for it.
 _MOST_BYTES = 64 << 10
@@ -49,8 +49,10 @@ class YamlKind(Generic[M]):
     def load(self, path: str | Path) -> M:
         """Reads a file. Raises InputError 'file:line:column: …'."""
         path = Path(path)
+        data = read_bytes(path, _MOST_BYTES)
+        refuse_utf_16(data, path)
         try:
-            text = read_bytes(path, _MOST_BYTES).decode("utf-8")
+            text = data.decode("utf-8")
         except UnicodeDecodeError:
             raise InputError(f"{shown_path(path)}: is not UTF-8 text; save it as such") from None
         return self.parse(text, shown_path(path))

@@ -92,6 +92,20 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
     return data
 
 
+def read_utf_8(path: Path, most: int = MOST_BYTES) -> str:
+    """A text as read_bytes reads it; what is no UTF-8 in it is replaced. Raises InputError also for
+    UTF-16, of which nothing would be left."""
+    data = read_bytes(path, most)
+    refuse_utf_16(data, path)
+    return data.decode("utf-8", "replace")
+
+
+def refuse_utf_16(data: bytes, path: Path) -> None:
+    """Raises InputError for text that begins as UTF-16 does, as editors mark it."""
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise InputError(f"{shown_path(path)}:1: is UTF-16 text; save it as UTF-8")
+
+
 def refuse_many_lines(path: Path) -> None:
     """Raises InputError for a file of more lines than a log has, before all of it is in memory.
 
