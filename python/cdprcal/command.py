@@ -51,8 +51,8 @@ MapOption = Annotated[
         "--map",
         metavar="FILE",
         help="Mapping file: which columns of a file of your own are what (cdprcal check RAW "
-        "--propose FILE writes one). For CSV of any kind, Excel, MAT, HDF5, Parquet, Feather, "
-        "ROS 2 bags.",
+        "--propose FILE writes one). For CSV of any kind, JSON, Excel, MAT, HDF5, Parquet, "
+        "Feather, MCAP, ROS 2 bags.",
     ),
 ]
 EffectsOption = Annotated[

@@ -19,7 +19,7 @@ import pytest
 
 import cdprcal
 from cdprcal import sensors
-from cdprcal.io import LogFile, load_log
+from cdprcal.io import LogFile, load_log, save_log
 from cdprcal.io.marks import marks_in
 from cdprcal.mapping import Proposal, load_mapped, parse_map, propose_file, read_raw
 from cdprcal.mapping.counter import unwrapped
@@ -1040,6 +1040,51 @@ def test_files_of_other_kinds_are_no_reason_for_a_map(
         assert ran.code == 2
         assert "raw.zip: cannot be read: is a ZIP archive, as .npz is; unpack it" in ran.stderr
         assert "--propose map.yaml" not in ran.stderr
+
+
+def test_json_messages_of_mcap_are_topics(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    writing = pytest.importorskip("mcap.writer")
+    log, raw, the_map = synthetic.log, tmp_path / "rig.mcap", tmp_path / "map.yaml"
+    begin = 1_772_366_400_000_000_000
+    with raw.open("wb") as stream:
+        writer = writing.Writer(stream)
+        writer.start()
+        channels = [
+            writer.register_channel(topic, kind, 0)
+            for topic, kind in (("/winch", "json"), ("/ahrs", "json"), ("/camera", "protobuf"))
+        ]
+        for time, lengths, angles in zip(
+            log.time_s.tolist(), log.length_m.tolist(), log.roll_pitch_yaw_rad.tolist(), strict=True
+        ):
+            stamp = begin + round(1e9 * time)
+            rpy = dict(zip(("roll", "pitch", "yaw"), angles, strict=True))
+            held = ({"length": lengths, "state": "run", "spare": None}, {"rpy": rpy}, [])
+            for channel, message in zip(channels, held, strict=True):
+                writer.add_message(channel, stamp, json.dumps(message).encode(), stamp)
+        writer.finish()
+    ran = cli("check", "irma4", raw)
+    assert ran.code == 2
+    assert "--propose map.yaml writes one" in ran.stderr
+    assert cli("check", raw, "--propose", the_map).code == 0
+    read = load_mapped(raw, the_map, None).log
+    np.testing.assert_allclose(read.time_s, log.time_s - log.time_s[0], atol=1e-9)
+    np.testing.assert_array_equal(read.length_m, log.length_m)
+    np.testing.assert_array_equal(read.roll_pitch_yaw_rad, log.roll_pitch_yaw_rad)
+    raw.write_bytes(raw.read_bytes()[:-100])
+    with pytest.raises(cdprcal.InputError, match=r"is no whole MCAP file .*; repair it"):
+        propose_file(raw)
+
+
+def test_a_log_as_mcap_is_proposed_whole(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    raw, the_map = tmp_path / "run.mcap", tmp_path / "map.yaml"
+    save_log(synthetic.log, raw)
+    assert cli("check", "irma4", raw, "--propose", the_map).code == 0
+    read = load_mapped(raw, the_map, None).log
+    np.testing.assert_array_equal(read.swivel_rad, synthetic.log.swivel_rad)
 
 
 def test_a_misspelt_topic_is_answered_by_those_there_are(
