@@ -227,7 +227,8 @@ def test_stamps_of_whole_seconds_give_way_to_the_rate(
                       tension_N=log.tension_N[:500])  # fmt: skip
     raw = with_times(log, tmp_path / "raw.csv", "stamp", written)
     proposal = propose_file(raw)
-    assert (proposal.rate_Hz, proposal.time.sure) == (pytest.approx(10.0), "guess")
+    assert proposal.rate_Hz == pytest.approx(10.0)
+    assert proposal.time.sure == "guess"
     assert "'stamp' goes on by 1 s at a time" in proposal.time.why
     the_map.write_text(re.sub("time: .*", 'time: {column: "stamp", unit: "s"}', proposal.text()))
     (finding,) = load_mapped(raw, the_map, None).findings
@@ -1060,7 +1061,11 @@ def test_json_messages_of_mcap_are_topics(
         ):
             stamp = begin + round(1e9 * time)
             rpy = dict(zip(("roll", "pitch", "yaw"), angles, strict=True))
-            held = ({"length": lengths, "state": "run", "spare": None}, {"rpy": rpy}, [])
+            held: tuple[Any, ...] = (
+                {"length": lengths, "state": "run", "spare": None},
+                {"rpy": rpy},
+                [],
+            )
             for channel, message in zip(channels, held, strict=True):
                 writer.add_message(channel, stamp, json.dumps(message).encode(), stamp)
         writer.finish()
@@ -1280,7 +1285,11 @@ def test_who_maps_a_log_is_told_of_its_cut_last_line(
         assert f"the last line, {lines + 1}, is cut off and left out" in ran.stdout + ran.stderr
 
 
-COLUMNS = {"t": [0.0, 0.1, 0.2], "length 1": [1.0, None, 3.0], "note": ["x", "y", "z"]}
+COLUMNS: dict[str, list[Any]] = {
+    "t": [0.0, 0.1, 0.2],
+    "length 1": [1.0, None, 3.0],
+    "note": ["x", "y", "z"],
+}
 ROWS: list[dict[str, Any]] = [
     dict(zip(COLUMNS, row, strict=True)) for row in zip(*COLUMNS.values(), strict=True)
 ]
