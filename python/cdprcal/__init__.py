@@ -31,6 +31,8 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return globals().setdefault(name, version("cdprcal"))
+    if name == "__all__":  # asked for by import *, which would find nothing of what is lazy
+        return globals().setdefault(name, _public())
     if not name.startswith("_"):
         import cdprcal.copying  # noqa: F401  options are copied so, whatever is asked for
         from cdprcal import _core
@@ -47,7 +49,11 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
+    return sorted({*globals(), *_public()})
+
+
+def _public() -> list[str]:
+    """All names that people use."""
     from cdprcal import _core
 
-    own = (name for name in dir(_core) if not name.startswith("_"))
-    return sorted({*globals(), *_CALLS, *own})
+    return sorted({*_CALLS, *(name for name in dir(_core) if not name.startswith("_"))})

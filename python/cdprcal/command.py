@@ -17,10 +17,14 @@ from cdprcal.completion import effect_file_names, robot_names
 from cdprcal.interrupt import INTERRUPTED as INTERRUPTED
 from cdprcal.interrupt import loaded, stopping
 from cdprcal.letters import readable
+from cdprcal.streams import leave_stdout
 
 if TYPE_CHECKING:
     from cdprcal import _core
     from cdprcal.io.replacing import Output
+
+#: Names of stdout as a file.
+_STDOUT = ("/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")
 
 DONE, UNTRUSTED, WRONG_USE, WITH_CAVEATS = 0, 1, 2, 3
 
@@ -47,8 +51,8 @@ MapOption = Annotated[
         "--map",
         metavar="FILE",
         help="Mapping file: which columns of a file of your own are what (cdprcal check RAW "
-        "--propose FILE writes one). For CSV of any kind, Excel, MAT, HDF5, Parquet, Feather, "
-        "ROS 2 bags.",
+        "--propose FILE writes one). For CSV of any kind, JSON, Excel, MAT, HDF5, Parquet, "
+        "Feather, MCAP, ROS 2 bags.",
     ),
 ]
 EffectsOption = Annotated[
@@ -156,20 +160,19 @@ def robot_with_effects(robot: str, effects: Sequence[str] | None) -> _core.Robot
     line and column.
     """
     from cdprcal import _core, effect_files
-    from cdprcal.io.files import read_bytes
+    from cdprcal.io.files import read_utf_8
 
     the_robot = _core.load_robot(robot)
     for path in effects or []:
-        if path in effect_files.names():
-            text = effect_files.text(path)
-        else:
-            text = read_bytes(Path(path)).decode("utf-8", "replace")
+        ours = path in effect_files.names()
+        text = effect_files.text(path) if ours else read_utf_8(Path(path))
         the_robot = _core.with_effect_definitions(the_robot, text, path)
     return the_robot
 
 
 def keep_apart(outputs: Mapping[str, str], inputs: Mapping[str, str | Sequence[str]]) -> None:
-    """Refuses to write over what is read, two things into one file, or to stdout.
+    """Refuses to write over what is read, or two things into one file; a file that is stdout by
+    its name has it for itself.
 
     ``outputs``: option → its path, empty when it was not given; ``inputs``: what it is → its path
     or paths, which need not exist (built-in robots). Raises InputError.
@@ -186,7 +189,9 @@ def keep_apart(outputs: Mapping[str, str], inputs: Mapping[str, str | Sequence[s
         if not path:
             continue
         if path == "-":
-            raise InputError(f"{option} -: no file is written to stdout; give the name of a file")
+            raise InputError(f"{option} -: is no file; give its name, or /dev/stdout")
+        if path in _STDOUT:
+            leave_stdout()
         for what, source in read:
             if source and _same_file(path, source):
                 raise InputError(

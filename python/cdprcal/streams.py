@@ -67,6 +67,12 @@ def watch() -> None:
     sys.stderr = _patient(sys.stderr)
 
 
+def leave_stdout() -> None:
+    """To be called where a file is written to stdout: what is answered beside it goes to stderr."""
+    sys.stdout.flush()
+    sys.stdout = sys.stderr
+
+
 def _patient(stream: TextIO) -> TextIO:
     stream.flush()
     return io.TextIOWrapper(

@@ -16,14 +16,14 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import MarkedYAMLError
 
 from cdprcal._core import InputError
-from cdprcal.io.files import read_bytes, shown_path
+from cdprcal.io.files import read_bytes, refuse_utf_16, shown_path
 
 #: Eight winches with comments have a tenth of it; the reader takes a second for it.
 _MOST_BYTES = 64 << 10
 _MOST_NESTED = 50
 
-#: The type of an error that ``misplaced`` makes.
-_MISPLACED = "misplaced"
+#: The types of errors that ``misplaced`` and ``unfit`` make.
+_MISPLACED, _UNFIT = "misplaced", "unfit"
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -31,6 +31,11 @@ M = TypeVar("M", bound=BaseModel)
 def misplaced(where: str, what: str) -> PydanticCustomError:
     """An error of the whole that belongs to one field, by its path ('bus.type')."""
     return PydanticCustomError(_MISPLACED, "{what}", {"what": what, "where": where})
+
+
+def unfit(what: str) -> PydanticCustomError:
+    """An error of a field that names the value and what to do."""
+    return PydanticCustomError(_UNFIT, "{what}", {"what": what})
 
 
 @dataclass(frozen=True)
@@ -44,8 +49,10 @@ class YamlKind(Generic[M]):
     def load(self, path: str | Path) -> M:
         """Reads a file. Raises InputError 'file:line:column: …'."""
         path = Path(path)
+        data = read_bytes(path, _MOST_BYTES)
+        refuse_utf_16(data, path)
         try:
-            text = read_bytes(path, _MOST_BYTES).decode("utf-8")
+            text = data.decode("utf-8")
         except UnicodeDecodeError:
             raise InputError(f"{shown_path(path)}: is not UTF-8 text; save it as such") from None
         return self.parse(text, shown_path(path))
@@ -197,8 +204,8 @@ def _message(error: Any, place: Sequence[str | int]) -> str:
         return f"{where}: is not known here"
     if kind == "missing":
         return f"{where}: is missing"
-    said = _one_line(said[:1].lower() + said[1:])
-    if kind == _MISPLACED:
+    said = _one_line(said if kind == _UNFIT else said[:1].lower() + said[1:])
+    if kind in (_MISPLACED, _UNFIT):
         return f"{where}: {said}"
     value = error.get("input")
     if isinstance(value, (str, bool)) or (isinstance(value, int | float) and math.isfinite(value)):

@@ -36,6 +36,28 @@ def synthetic(robot: cdprcal.Robot, seed: int, noise: float = 0.1) -> cdprcal.Sy
     return cdprcal.synthetic_log(robot, cdprcal.default_setpoints(robot, 2, 2, 2), options)
 
 
+@pytest.mark.parametrize(
+    ("group", "name"), [("length_m", "length_2_m"), ("tension_N", "tension_2_N")]
+)
+def test_marks_of_missing_readings_are_no_unit_and_no_slack_cable(
+    cli: Cli, robot: cdprcal.Robot, tmp_path: Path, group: str, name: str
+) -> None:
+    """A block at a column's end: check, calibrate and diagnose say the same of it."""
+    log, path = synthetic(robot, 1).log, tmp_path / "run.csv"
+    values = np.array(getattr(log, group))
+    values[-40:, 1] = -999.0
+    save_log(edited(log, **{group: values}), path)
+    for command in ("check", "calibrate", "diagnose"):
+        ran = cli(command, "irma4", path)
+        said = " ".join((ran.stdout + ran.stderr).split())
+        assert f"error: {name} holds -999 (40 times), far from all that is read beside" in said
+        assert "leave these cells empty" in said
+        if command != "diagnose":
+            assert ran.code == 1
+            assert "the readings look as if" not in said
+            assert "error: cable 2 is slack" not in said
+
+
 def made(robot: cdprcal.Robot, seed: int = 1, noise: float = 0.1, **changed: Any) -> cdprcal.Log:
     log = synthetic(robot, seed, noise).log
     groups = ("length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad")

@@ -342,6 +342,18 @@ def test_a_damaged_csv_is_read_as_far_as_it_is_good(
     assert not report.trusted
 
 
+def test_times_of_whole_seconds_are_no_clock_that_was_set(
+    robot: cdprcal.Robot, log_path: Path
+) -> None:
+    header, *rows = log_path.read_text().splitlines()
+    cells = [row.split(",", 1) for row in rows]
+    whole = [f"{int(float(time))},{rest}" for time, rest in cells]
+    log_path.write_text("\n".join([header, *whole, ""]))
+    finding = check_file(robot, log_path).findings[0]
+    assert finding.code == "time_not_increasing"
+    assert "rate_Hz" in finding.remedy
+
+
 def test_the_line_of_a_finding_is_the_line_of_the_file(
     robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
 ) -> None:
@@ -469,14 +481,26 @@ def test_differences_between_listed_rests_are_no_noise(
 
 
 @pytest.mark.parametrize("rows", [slice(100, 130), slice(5, None, 40)], ids=["once", "scattered"])
+@pytest.mark.parametrize(
+    ("number", "code", "said"),
+    [
+        (-999.0, "missing_mark", "tension_2_N holds -999 ("),
+        (-77.0, "impossible_value", "tension_2_N is -77 N in "),  # nothing that people use so
+    ],
+)
 def test_a_number_that_stands_for_no_reading_is_no_slack_cable(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, rows: slice
+    robot: cdprcal.Robot,
+    synthetic: cdprcal.SyntheticLog,
+    rows: slice,
+    number: float,
+    code: str,
+    said: str,
 ) -> None:
-    log = edited(synthetic.log, "tension_N", lambda t: t.__setitem__((rows, 1), -999.0))
+    log = edited(synthetic.log, "tension_N", lambda t: t.__setitem__((rows, 1), number))
     (finding,) = check(robot, log).findings
-    assert (finding.severity, finding.code) == ("error", "impossible_value")
-    assert finding.message.startswith("tension_2_N is -999 N in ")
-    assert "leave such cells empty" in finding.remedy
+    assert (finding.severity, finding.code) == ("error", code)
+    assert finding.message.startswith(said)
+    assert "cells empty" in finding.remedy
     assert finding in cdprcal.calibrate(robot, log).caveats
 
 

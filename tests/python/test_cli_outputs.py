@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import cdprcal
+from cdprcal import InputError
 from cdprcal.io.replacing import refuse_to_replace
 from conftest import Ran, changed
 
@@ -55,8 +56,11 @@ OVERWRITING: dict[str, tuple[tuple[str, ...], str]] = {
     "check, its log": (("check", "mine.yaml", "run.csv", "--propose", "run.csv", "--force"), "log"),
     "report, its log": (("report", "mine.yaml", "p.html", "-o", "p.html", "--force"), "input"),
     "workspace": (("workspace", "mesh.ply", "-o", "mesh.ply", "--force"), "robot file"),
-    "stdout": (("calibrate", "mine.yaml", "run.csv", "-o", "-"), "-o -: no file is written to"),
-    "stdout, a log": (("generate", "mine.yaml", "-o", "-"), "-o -: no file is written to stdout"),
+    "stdout": (("calibrate", "mine.yaml", "run.csv", "-o", "-"), "-o -: is no file; give its name"),
+    "stdout, a log": (
+        ("generate", "mine.yaml", "-o", "-"),
+        "-o -: is no file; give its name, or /dev/stdout",
+    ),
 }
 
 
@@ -123,6 +127,7 @@ def test_a_file_that_nobody_makes_again_is_not_replaced(
 LOOKS_ALIKE: dict[str, tuple[str, ...]] = {
     "robot.yaml": ("diagnose", "irma4", "run.csv", "--fit", "mass", "-o"),
     "edited.yaml": ("diagnose", "irma4", "run.csv", "--fit", "mass", "-o"),
+    "plan.csv": ("plan", "irma4", "--grid", "1x1x2", "-o"),
     "log.csv": ("generate", "irma4", "--grid", "1x1x1", "-o"),
     "index.html": ("report", "irma4", "run.csv", "-o"),
     **{
@@ -136,14 +141,14 @@ LOOKS_ALIKE: dict[str, tuple[str, ...]] = {
 def test_what_only_looks_like_a_result_stays(
     cli: Cli, log_path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
-    """A robot file by hand or edited, a log, pages and pictures of other programs."""
+    """A robot file by hand, one or a plan that was edited, a log, pages, pictures of others."""
     from matplotlib.figure import Figure
 
     monkeypatch.chdir(tmp_path)
     command, mine = LOOKS_ALIKE[name], Path(name)
-    if name == "edited.yaml":
+    if name in ("edited.yaml", "plan.csv"):
         assert cli(*command, name).code in (0, 1)
-        mine.write_text(mine.read_text().replace("mass_kg: ", "mass_kg: 1"))
+        mine.write_text(re.sub("(mass_kg: |measure,-?)", r"\g<1>1", mine.read_text()))
     elif mine.stem == "figure":
         Figure().savefig(mine)
     else:
@@ -192,6 +197,9 @@ def test_a_script_of_results_can_run_again(
         assert ran.code in (0, 1), (command, ran.stderr)
         refuse_to_replace(Path(command[-1]), re.split(r",| of ", kind)[0])  # type: ignore[arg-type]
     assert cli(*AGAIN["plan"]).code == 0
+    assert cli(*AGAIN["plan"][:-1], "corrected.yaml").code == 2
+    with pytest.raises(InputError, match=r"plan.csv: exists already and is no earlier robot file"):
+        refuse_to_replace(Path("plan.csv"), "robot file")
 
 
 def test_force_replaces_what_is_no_input(

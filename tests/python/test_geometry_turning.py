@@ -49,7 +49,7 @@ def test_no_stretch_takes_up_what_pulleys_should(seed: int) -> None:
     rng = np.random.default_rng(seed)
 
     def in_plane(sigma_m: float) -> Array:
-        return np.c_[rng.normal(0.0, sigma_m, (4, 2)), np.zeros(4)]
+        return np.hstack([rng.normal(0.0, sigma_m, (4, 2)), np.zeros((4, 1))])
 
     about = np.array([(-9.0, -6.3, 0.0), (9.0, -6.3, 0.0), (9.0, 6.3, 0.0), (-9.0, 6.3, 0.0)])
     pulleys_m = about + in_plane(0.3)

@@ -19,7 +19,7 @@ import pytest
 
 import cdprcal
 from cdprcal import sensors
-from cdprcal.io import LogFile, load_log
+from cdprcal.io import LogFile, load_log, save_log
 from cdprcal.io.marks import marks_in
 from cdprcal.mapping import Proposal, load_mapped, parse_map, propose_file, read_raw
 from cdprcal.mapping.counter import unwrapped
@@ -217,6 +217,29 @@ def test_a_clock_that_stands_still_is_the_time_rather_than_a_count(
     assert (proposal.time.columns, proposal.time.sure) == (("t",), "guess")
 
 
+@pytest.mark.parametrize("day", ["", "2026-03-01 12:00:"])
+def test_stamps_of_whole_seconds_give_way_to_the_rate(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path, day: str
+) -> None:
+    log, the_map = synthetic.log, tmp_path / "map.yaml"
+    written = [f"{day}{int(time) % 60:02d}" for time in np.asarray(log.time_s)[:500]]
+    log = cdprcal.Log(time_s=log.time_s[:500], length_m=log.length_m[:500],
+                      tension_N=log.tension_N[:500])  # fmt: skip
+    raw = with_times(log, tmp_path / "raw.csv", "stamp", written)
+    proposal = propose_file(raw)
+    assert proposal.rate_Hz == pytest.approx(10.0)
+    assert proposal.time.sure == "guess"
+    assert "'stamp' goes on by 1 s at a time" in proposal.time.why
+    the_map.write_text(re.sub("time: .*", 'time: {column: "stamp", unit: "s"}', proposal.text()))
+    (finding,) = load_mapped(raw, the_map, None).findings
+    assert finding.message.startswith("450 of 500 rows have the time of the row before")
+    assert "write time: {rate_Hz: 10} into the mapping file" in finding.remedy
+    # Of rows that are written again nothing is lost.
+    header, *rows = raw.read_text().splitlines()
+    raw.write_text("\n".join([header, *(row for row in rows[::10] for _ in range(10))]))
+    assert propose_file(raw).time.columns == ("stamp",)
+
+
 def test_a_full_name_beats_an_alias(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
     renamed = ("tension_1_N", "theta_rad"), ("tension_2_N", "rx_rad")
     raw = canonical(synthetic.log, tmp_path / "raw.csv", *renamed)
@@ -307,7 +330,27 @@ BAD_MAPS = {
     ),
     "no channels": ("channels:", "more:", "more: is not known here|channels: is missing"),
     "two signs": ("[1, -1, 1, 1]", "[1, -1]", "2 signs for 4 columns"),
-    "no sign": ("[1, -1, 1, 1]", "0", "sign"),
+    "no sign": (
+        "[1, -1, 1, 1]",
+        "0",
+        "map.yaml:4:52: channels.lengths.sign: 0 is neither 1 nor -1; give 1 where cables grow",
+    ),
+    "no sign of one": ("[1, -1, 1, 1]", "[1, 0.5, 1, 1]", "lengths.sign: 0.5 is neither 1 nor"),
+    "an encoding of nobody": (
+        "time:",
+        "text: {encoding: klingon}\ntime:",
+        "map.yaml:2:18: text.encoding: 'klingon' is no encoding of text; give utf-8, utf-16",
+    ),
+    "an encoding of no text": (
+        "time:",
+        "text: {encoding: hex}\ntime:",
+        "text.encoding: 'hex' is no encoding of text; give utf-8",
+    ),
+    "a tab as it is not read": (
+        "time:",
+        "text: {separator: '\\t'}\ntime:",
+        r"map.yaml:2:19: text.separator: '..t' is not one character; give .* or .\\t\"$",
+    ),
     "a column twice": (
         "[a, b, c, d]",
         "[a, b, c, a]",
@@ -380,6 +423,29 @@ time: {{column: t, unit: s}}
 channels:
   lengths: {{columns: [a, b], unit: mm}}
 """
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"t,a,b\n0,1,2\n1,1,3\n", 'map.yaml: text.separator: .*csv has no .*";"; give ",",'),
+        (b"t\ta\tb\n0\t1\t2\n1\t1\t3\n", 'map.yaml: text.separator: .*; give "\\\\t", which'),
+        (b"t;a;b [\xb0]\n0;1;2\n", "map.yaml: text.encoding: .* is not utf-8 text; give cp1252"),
+    ],
+    ids=["comma", "tab", "encoding"],
+)
+def test_a_text_that_is_cut_otherwise_is_answered_by_its_form(
+    content: bytes, said: str, tmp_path: Path
+) -> None:
+    raw, the_map = tmp_path / "raw.csv", tmp_path / "map.yaml"
+    the_map.write_text(READ_MAP.format(decimal="."))
+    raw.write_bytes(content)
+    with pytest.raises(cdprcal.InputError, match=said):
+        load_mapped(raw, the_map, None)
+    the_map.write_text(the_map.read_text().replace("decimal", "header_line: 2, decimal"))
+    raw.write_bytes(b"t;a;b\n0;1;2\n1;1;3\n")
+    with pytest.raises(cdprcal.InputError, match=r"or correct text\.header_line: line 2 "):
+        load_mapped(raw, the_map, None)
 
 
 def read_cell(folder: Path, cell: str, decimal: str = ".") -> float:
@@ -977,6 +1043,55 @@ def test_files_of_other_kinds_are_no_reason_for_a_map(
         assert "--propose map.yaml" not in ran.stderr
 
 
+def test_json_messages_of_mcap_are_topics(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    writing = pytest.importorskip("mcap.writer")
+    log, raw, the_map = synthetic.log, tmp_path / "rig.mcap", tmp_path / "map.yaml"
+    begin = 1_772_366_400_000_000_000
+    with raw.open("wb") as stream:
+        writer = writing.Writer(stream)
+        writer.start()
+        channels = [
+            writer.register_channel(topic, kind, 0)
+            for topic, kind in (("/winch", "json"), ("/ahrs", "json"), ("/camera", "protobuf"))
+        ]
+        for time, lengths, angles in zip(
+            log.time_s.tolist(), log.length_m.tolist(), log.roll_pitch_yaw_rad.tolist(), strict=True
+        ):
+            stamp = begin + round(1e9 * time)
+            rpy = dict(zip(("roll", "pitch", "yaw"), angles, strict=True))
+            held: tuple[Any, ...] = (
+                {"length": lengths, "state": "run", "spare": None},
+                {"rpy": rpy},
+                [],
+            )
+            for channel, message in zip(channels, held, strict=True):
+                writer.add_message(channel, stamp, json.dumps(message).encode(), stamp)
+        writer.finish()
+    ran = cli("check", "irma4", raw)
+    assert ran.code == 2
+    assert "--propose map.yaml writes one" in ran.stderr
+    assert cli("check", raw, "--propose", the_map).code == 0
+    read = load_mapped(raw, the_map, None).log
+    np.testing.assert_allclose(read.time_s, log.time_s - log.time_s[0], atol=1e-9)
+    np.testing.assert_array_equal(read.length_m, log.length_m)
+    np.testing.assert_array_equal(read.roll_pitch_yaw_rad, log.roll_pitch_yaw_rad)
+    raw.write_bytes(raw.read_bytes()[:-100])
+    with pytest.raises(cdprcal.InputError, match=r"is no whole MCAP file .*; repair it"):
+        propose_file(raw)
+
+
+def test_a_log_as_mcap_is_proposed_whole(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    raw, the_map = tmp_path / "run.mcap", tmp_path / "map.yaml"
+    save_log(synthetic.log, raw)
+    assert cli("check", "irma4", raw, "--propose", the_map).code == 0
+    read = load_mapped(raw, the_map, None).log
+    np.testing.assert_array_equal(read.swivel_rad, synthetic.log.swivel_rad)
+
+
 def test_a_misspelt_topic_is_answered_by_those_there_are(
     cli: Cli, robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
 ) -> None:
@@ -1055,8 +1170,16 @@ DAMAGED = {
     "x.csv": (b"once upon a time\nthere was\n", "is no table of numbers"),
     "empty.csv": (b"", "is no table of numbers"),
     "one line.json": (
-        b'{"a":{' + b'"1":2.5,' * 30000 + b'"9":0}}',
+        b'{"a":{' + b'"1":2.5,' * 30000 + b'"9":0}',
         "one line.json:1: has a cell of more than 131072",
+    ),
+    "label.json": (
+        b'{"0":{"0":1,"1":2},"1":{"0":3,"1":4}}',
+        "label.json: is JSON, but no table whose rows and columns can be told apart; write it as",
+    ),
+    "twice.json": (
+        b'{"columns":["t","a","a"],"data":[[0,1,2],[1,2,3]]}',
+        "twice.json: has two columns 'a'; rename one of them",
     ),
     "ragged.csv": (b"t,a\n0,1\n1,2\n2\n3,4\n4,5\n", "ragged.csv:4: has 1 columns, the header 2"),
     "long.csv": (
@@ -1128,6 +1251,94 @@ def test_json_lines_are_records_with_times_of_their_own(tmp_path: Path) -> None:
     assert raw.line.tolist() == [1, 3, 5, 7, 9]
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "t,a,b\n" + "".join(f"{i},{i}.5,2\n" for i in range(9)) + "9,9.",
+        "".join(f'{{"t": {i}, "a": 1}}\n' for i in range(10)) + '{"t": 10, "a',
+        "".join(f"{{t: {i}, a: 1}}\n" for i in range(10)) + "{t: 10, a",
+        "SampleTime[ms],1\n" + "".join(f"{i},2.5\n" for i in range(9)) + "9",
+        "".join(f"{i // 2},{'ab'[i % 2]},2{i}.5\n" for i in range(10)) + "5,a",
+    ],
+    ids=["CSV", "JSON lines", "records", "TwinCAT Scope", "a reading a row"],
+)
+def test_a_last_line_that_is_cut_off_is_left_out_and_said_so(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "killed.txt"
+    path.write_text(text)
+    assert read_raw(path).cut_line == 11
+    path.write_text(text.rpartition("\n")[0])
+    assert read_raw(path).cut_line is None
+
+
+def test_who_maps_a_log_is_told_of_its_cut_last_line(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    raw, the_map = SHAPES["kgf, unsaid"].make(synthetic.log, tmp_path), tmp_path / "map.yaml"
+    lines = len(raw.read_text().splitlines())
+    raw.write_text(raw.read_text() + "77.1,1817.5,18")
+    assert f"not used: line {lines + 1}, which is cut off" in (
+        cli("check", "irma4", raw, "--propose", the_map).stdout
+    )
+    for command in (("check", "irma4", raw), ("import", raw, "-o", tmp_path / "run.csv")):
+        ran = cli(*command, "--map", the_map)
+        assert ran.code == 0, ran
+        assert f"the last line, {lines + 1}, is cut off and left out" in ran.stdout + ran.stderr
+
+
+COLUMNS: dict[str, list[Any]] = {
+    "t": [0.0, 0.1, 0.2],
+    "length 1": [1.0, None, 3.0],
+    "note": ["x", "y", "z"],
+}
+ROWS: list[dict[str, Any]] = [
+    dict(zip(COLUMNS, row, strict=True)) for row in zip(*COLUMNS.values(), strict=True)
+]
+
+
+@pytest.mark.parametrize(
+    "held",
+    [
+        {name: {str(i): cell for i, cell in enumerate(c)} for name, c in COLUMNS.items()},
+        {str(i): row for i, row in enumerate(ROWS)},
+        {"columns": [*COLUMNS], "index": [0, 1, 2], "data": [[*row.values()] for row in ROWS]},
+        ROWS,
+        {"schema": {"fields": [{"name": "t"}, {"name": "note"}]}, "data": ROWS},
+        {"robot": "irma", "rate_Hz": 10, **COLUMNS},
+    ],
+    ids=["columns", "index", "split", "records", "table", "list"],
+)
+@pytest.mark.parametrize("indent", [None, 2])
+def test_json_of_one_table_is_read(held: Any, indent: int | None, tmp_path: Path) -> None:
+    path = tmp_path / "frame.json"
+    path.write_text(json.dumps(held, indent=indent))
+    raw = read_raw(path)
+    assert list(raw.columns) == ["t", "length 1"]
+    np.testing.assert_array_equal(raw.columns["t"].values, COLUMNS["t"])
+    np.testing.assert_array_equal(raw.columns["length 1"].values, [1.0, np.nan, 3.0])
+
+
+def test_a_data_frame_in_json_ends_in_a_map(
+    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    """Its index is the time; names of two levels are one; columns may be lists of lists."""
+    pandas = pytest.importorskip("pandas")
+    log, path = synthetic.log, tmp_path / "frame.json"
+    stamps = pandas.Timestamp("2026-03-01 12:00") + pandas.to_timedelta(log.time_s, unit="s")
+    names = pandas.MultiIndex.from_product([["length [mm]"], ["1", "2", "3", "4"]])
+    frame = pandas.DataFrame(1e3 * log.length_m, index=stamps, columns=names)
+    frame.to_json(path, date_format="iso")
+    lists = {"time_ms": (1e3 * log.time_s).tolist(), "length_mm": (1e3 * log.length_m).tolist()}
+    for text in (path.read_text(), json.dumps(lists)):
+        path.write_text(text)
+        proposal = propose_file(path)
+        assert (proposal.time.sure, proposal.lines[0].unit) == ("sure", "mm")
+        read = through_its_map(proposal).log
+        np.testing.assert_allclose(read.length_m, log.length_m, atol=1e-6)
+        np.testing.assert_allclose(read.time_s, log.time_s - log.time_s[0], atol=1e-3)
+    path.write_text(pandas.DataFrame(log.length_m).to_json(orient="values"))
+    assert list(read_raw(path).columns) == [f"column_{i}" for i in range(1, 5)]
+
+
 def one_a_row(rows: list[tuple[Any, ...]]) -> str:
     return "".join(",".join(map(str, row)) + "\n" for row in rows)
 
@@ -1166,12 +1377,14 @@ def test_a_reading_a_row_in_json_and_excel(tmp_path: Path) -> None:
     held = [(0.1 * k, name, k + at) for k in range(10) for at, name in enumerate(("a", "b"))]
     lines = tmp_path / "long.jsonl"
     keys = ("ts", "signal", "value")
-    lines.write_text("\n".join(json.dumps(dict(zip(keys, row, strict=True))) for row in held))
+    objects = [dict(zip(keys, row, strict=True)) for row in held]
+    lines.write_text("\n".join(map(json.dumps, objects)))
+    (tmp_path / "long.json").write_text(json.dumps(objects))
     book = openpyxl.Workbook()
     for row in (keys, *held):
         book.active.append(row)
     book.save(tmp_path / "long.xlsx")
-    for path in (lines, tmp_path / "long.xlsx"):
+    for path in (lines, tmp_path / "long.json", tmp_path / "long.xlsx"):
         columns = read_raw(path).columns
         assert list(columns) == ["ts", "a", "b"]
         np.testing.assert_array_equal(columns["b"].values, np.arange(10) + 1.0)

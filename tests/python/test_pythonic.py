@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import builtins
 import copy
 import doctest
 import enum
@@ -477,6 +478,15 @@ def test_every_function_has_a_signature() -> None:
 def test_the_examples_in_docstrings_hold(log_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(log_path.parent)
     assert doctest.testmod(calls).failed == 0
+
+
+def test_a_star_imports_what_people_use() -> None:
+    names: dict[str, Any] = {}
+    exec("from cdprcal import *", names)
+    assert names["calibrate"] is cdprcal.calibrate
+    assert names["Log"] is _core.Log
+    assert not {"Any", "annotations", "TYPE_CHECKING"} & names.keys()
+    assert not (names.keys() - {"__builtins__"}) & vars(builtins).keys()
 
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "api" / "examples.md"

@@ -43,6 +43,18 @@ def test_a_diagnosis_is_written_without_its_progress(
     assert "cables:" in corrected.read_text()
 
 
+@pytest.mark.parametrize(
+    "pipe", ["-o /dev/stdout | cat > {}", "-o >(cat > {}) && sleep 0.5", "-o /dev/stdout > {}"]
+)
+def test_a_file_may_be_a_pipe_and_answers_stand_beside_it(pipe: str, tmp_path: Path) -> None:
+    log = tmp_path / "run.csv"
+    ran = shell(f"cdprcal generate irma4 {pipe}", log)
+    assert ran.returncode == 0
+    assert f"{len(load_log(log).log)} samples" in ran.stdout + ran.stderr
+    ran = shell("cdprcal generate irma4 -o /dev/stdout | true")
+    assert "/dev/stdout: cannot be written: broken pipe; see why" in ran.stderr
+
+
 def test_an_error_keeps_its_exit_code_where_nobody_is_told(tmp_path: Path) -> None:
     assert shell("cdprcal check {} 2>/dev/full", tmp_path / "none.yaml").returncode == 2
 

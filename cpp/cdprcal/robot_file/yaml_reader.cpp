@@ -27,6 +27,9 @@ void refuse_unless_text(const std::string& text, const std::string& source) {
   if (text.size() > kMostYamlBytes) {
     throw InputError(source + ": is over 250 kB: this is not a robot file; give one");
   }
+  if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")) {
+    throw InputError(source + ":1: is UTF-16 text; save it as UTF-8");
+  }
   const auto at = [&](std::ptrdiff_t offset) {
     const auto line = 1 + std::count(text.begin(), text.begin() + offset, '\n');
     return source + ":" + std::to_string(line) + ": ";

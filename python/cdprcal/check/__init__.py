@@ -1,6 +1,6 @@
 """What is wrong with a robot file or a log, before anyone fits it."""
 
-from cdprcal.check.caveats import caveats_with_log, pauses
+from cdprcal.check.caveats import caveats_with_log, marks, pauses
 from cdprcal.check.check import CheckReport, check_file, check_log
 from cdprcal.check.robot import RobotReport, check_robot
 
@@ -11,5 +11,6 @@ __all__ = [
     "check_file",
     "check_log",
     "check_robot",
+    "marks",
     "pauses",
 ]

@@ -7,8 +7,10 @@ from dataclasses import replace
 
 from cdprcal import _core
 from cdprcal.check.check import check_log, choose_segment
+from cdprcal.check.plausibility import check_ranges
 from cdprcal.check.robot import sizes_of
 from cdprcal.check.subject import Subject
+from cdprcal.check.tension import check_tensions
 from cdprcal.check.timing import check_segments
 from cdprcal.findings import Finding
 from cdprcal.io.files import shown_path
@@ -17,6 +19,10 @@ from cdprcal.trust import caveats_of
 
 #: What a calibration leaves out by itself, rest by rest; ``gated`` says where.
 _LEFT_OUT = ("slack",)
+#: Of numbers that seem to say that nothing was read.
+_MARK = "missing_mark"
+#: Fewer tell nothing of tensions.
+_LEAST_SAMPLES = 3
 #: Groups of a log that read nothing where all of their numbers are zero.
 _READ = ("length_m", "swivel_rad", "tension_N")
 
@@ -36,9 +42,34 @@ def caveats_with_log(
     found = check_log(robot, file, segment).findings
     errors = absurd + [f for f in found if f.severity == "error" and f.code not in _LEFT_OUT]
     if calibration.result.status != _core.CalibrationStatus.converged:
-        tried = not absurd and segment == -1 and _may_be_misread(calibration, file.log)
+        # What was not read looks like a unit, or a sign.
+        no_reason = not absurd and all(finding.code != _MARK for finding in found)
+        tried = no_reason and segment == -1 and _may_be_misread(calibration, file.log)
         return (*((_misread(robot, file.log) if tried else ()) or errors), *about_run)
     return (*errors, *caveats_of(calibration), *about_run)
+
+
+def marks(robot: _core.Robot, files: Sequence[LogFile]) -> tuple[Finding, ...]:
+    """The errors of ``check`` about numbers in the last run that seem to say that nothing was read.
+
+    Of several logs each is named.
+    """
+    found: list[Finding] = []
+    for file in files:
+        run = _core.segments(file.log)[-1]
+        if len(run) < _LEAST_SAMPLES:
+            continue
+        subject = Subject(robot, file, slice(run.begin, run.end))
+        check_ranges(subject)
+        check_tensions(subject)
+        found += _named(files, file, [f for f in subject.findings if f.code == _MARK])
+    return tuple(found)
+
+
+def _named(files: Sequence[LogFile], file: LogFile, findings: list[Finding]) -> list[Finding]:
+    """Findings of one of several logs with its name."""
+    name = f"{shown_path(file.path)}: " if len(files) > 1 else ""
+    return [replace(finding, message=name + finding.message) for finding in findings]
 
 
 def pauses(robot: _core.Robot, files: Sequence[LogFile], segment: int = -1) -> tuple[Finding, ...]:
@@ -54,12 +85,8 @@ def pauses(robot: _core.Robot, files: Sequence[LogFile], segment: int = -1) -> t
         run = choose_segment(len(segments), segment)
         subject = Subject(robot, file, slice(segments[run].begin, segments[run].end))
         check_segments(subject, segments, run)
-        name = f"{shown_path(file.path)}: " if len(files) > 1 else ""
-        found += [
-            replace(finding, message=name + finding.message)
-            for finding in subject.findings
-            if finding.severity == "warning"
-        ]
+        warnings = [f for f in subject.findings if f.severity == "warning"]
+        found += _named(files, file, warnings)
     return tuple(found)
 
 

@@ -96,7 +96,7 @@ def _check_limit(
     if not beyond:
         return
     if marks := marks_in(channel.values):
-        _report_marks(subject, channel, marks)
+        report_marks(subject, channel, marks)
         return
     unit = "rad" if channel.is_angle else "m"
     worst = float(np.nanmax(values))
@@ -116,7 +116,8 @@ def _check_limit(
     )
 
 
-def _report_marks(subject: Subject, channel: Channel, marks: dict[int, int]) -> None:
+def report_marks(subject: Subject, channel: Channel, marks: dict[int, int]) -> None:
+    """That numbers of a channel (how often each stands in it) are no readings."""
     begin, end = stretches(np.isin(channel.values, list(marks)))[0]
     said = ", ".join(f"{mark} ({count} times)" for mark, count in marks.items())
     subject.add(

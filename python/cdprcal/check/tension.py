@@ -6,7 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from cdprcal.check.plausibility import report_marks
 from cdprcal.check.subject import Channel, Flags, Subject, duration_s, longest_of, stretches
+from cdprcal.io.marks import marks_in, without
 from cdprcal.sensors import LOG_GROUPS
 from cdprcal.terminal import counted
 
@@ -25,6 +27,9 @@ def check_tensions(subject: Subject) -> None:
     """Each load cell against the robot's limits and its own noise."""
     for channel in subject.channels:
         if channel.group == "tension_N" and np.isfinite(channel.values).any():
+            if marks := marks_in(channel.values):
+                report_marks(subject, channel, marks)
+                channel = replace(channel, values=without(channel.values, marks))
             no_tension = _check_placeholder(subject, channel)
             channel = replace(channel, values=np.where(no_tension, np.nan, channel.values))
             slack = _check_slack(subject, channel)

@@ -191,7 +191,7 @@ def command(
     from cdprcal.hardware import BACKENDS
     from cdprcal.hardware.simulated import SimulatedBackend
     from cdprcal.io import AcquisitionInputs, open_live_log
-    from cdprcal.io.files import read_bytes, refuse_unwritable, shown_path, write_text
+    from cdprcal.io.files import read_utf_8, refuse_unwritable, shown_path, write_text
     from cdprcal.io.log_file import is_mcap_name
     from cdprcal.io.replacing import may_replace
     from cdprcal.results import strict_json
@@ -220,7 +220,7 @@ def command(
             )
     asked = parse_accuracy(until) if until else None
     the_robot = robot_with_effects(robot, effects)
-    plan_text = read_bytes(Path(plan), _MOST_PLAN_BYTES).decode("utf-8", "replace")
+    plan_text = read_utf_8(Path(plan), _MOST_PLAN_BYTES)
     the_plan = _core.parse_plan(plan_text, plan)
     if the_plan.robot_name != the_robot.name:
         fail(

@@ -96,7 +96,7 @@ def command(
     can be trusted even so.
     """
     from cdprcal import _core
-    from cdprcal.check import pauses
+    from cdprcal.check import marks, pauses
     from cdprcal.diagnosis import diagnosis_as_dict
     from cdprcal.diagnosis.document import TRUSTED
     from cdprcal.io.files import write_texts
@@ -119,7 +119,7 @@ def command(
     out = notes()
     for file in files:
         print_findings(file.findings, verbose=verbose)
-    caveats = pauses(the_robot, files)
+    caveats = (*marks(the_robot, files), *pauses(the_robot, files))
     print_findings(caveats, verbose=verbose)
 
     def progress(step: str) -> None:

@@ -157,6 +157,7 @@ def command(
     from cdprcal import _core
     from cdprcal.cli.progress import progress_bar
     from cdprcal.io.files import write_text
+    from cdprcal.io.replacing import signed
     from cdprcal.pictures import check_picture_name
     from cdprcal.planning import plan_as_dict
     from cdprcal.planning.table import print_plan
@@ -228,7 +229,7 @@ def command(
 
         write_plan_picture(the_robot, result, Path(plot))
     if output:
-        write_text(Path(output), _core.format_plan(result.plan))
+        write_text(Path(output), signed(_core.format_plan(result.plan)))
     if json:
         print_json(document)
     else:

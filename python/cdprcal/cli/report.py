@@ -73,7 +73,7 @@ def command(
 def _subject(inputs: list[str], map_: str, command: list[str]) -> Subject:
     from cdprcal import _core
     from cdprcal._core import InputError
-    from cdprcal.check import pauses
+    from cdprcal.check import marks, pauses
     from cdprcal.io.result_file import is_result_file, load_result
     from cdprcal.mapping import Reader
     from cdprcal.report import subject_of_logs, subject_of_results
@@ -90,6 +90,6 @@ def _subject(inputs: list[str], map_: str, command: list[str]) -> Subject:
     files = Reader(robot, map_).load_all(inputs[1:])
     for file in files:
         print_findings(file.findings)
-    print_findings(pauses(robot, files))
+    print_findings((*marks(robot, files), *pauses(robot, files)))
     with interruptible():
         return subject_of_logs(robot, files, command, lambda step: say(notes(), f"… {step}"))

@@ -15,6 +15,7 @@ from cdprcal.demo.folder import MARK
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import AcquisitionInputs, load_log, open_live_log
 from cdprcal.io.files import write_text
+from cdprcal.io.replacing import signed
 
 Say = Callable[[str], None]
 
@@ -131,7 +132,7 @@ def make_plan(robot: _core.Robot, path: Path) -> _core.PlanResult:
     result = _core.make_plan(robot)
     if result.status != _core.PlanStatus.planned:
         raise InputError(f"{robot.name}: no plan: {result.reason}; try another robot")
-    write_text(path, _core.format_plan(result.plan))
+    write_text(path, signed(_core.format_plan(result.plan)))
     return result
 
 

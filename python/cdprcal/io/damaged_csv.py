@@ -60,6 +60,7 @@ def _repair(data: bytes) -> _Repaired:
     kept = [lines[header]]
     latest = -np.inf
     backwards: list[int] = []
+    same = 0
     nul: dict[int, int] = {}
     for number, raw in enumerate(lines[header + 1 :], start=header + 2):
         line = raw.replace(b"\0", b"")
@@ -77,12 +78,13 @@ def _repair(data: bytes) -> _Repaired:
         time = _number(cells[time_column]) if len(cells) == len(names) else None
         if time is not None and time <= latest:
             backwards.append(number)
+            same += time == latest
             continue
         latest = latest if time is None else time
         kept.append(line)
         out.line.append(number)
     _report_nul(out, nul)
-    _report_backwards(out, backwards)
+    _report_backwards(out, backwards, is_coarse=same > len(out.line))
     out.text = b"\n".join([*kept, b""])
     return out
 
@@ -124,7 +126,11 @@ def _report_cut(out: _Repaired, line: int) -> None:
     )
 
 
-def _report_backwards(out: _Repaired, lines: list[int]) -> None:
+def _report_backwards(out: _Repaired, lines: list[int], *, is_coarse: bool) -> None:
+    """``is_coarse``: most rows have the time of the one before, as whole seconds do."""
+    remedy = "split the file where the clock was set, or log again"
+    if is_coarse:
+        remedy = "write finer times, or give a mapping file with time: {rate_Hz: …}, with --map"
     if lines:
         more = "" if len(lines) == 1 else f" (and {len(lines) - 1} more, the last {lines[-1]})"
         out.findings.append(
@@ -132,7 +138,7 @@ def _report_backwards(out: _Repaired, lines: list[int]) -> None:
                 severity="error",
                 code="time_not_increasing",
                 message=f"time does not increase at line {lines[0]}{more}",
-                remedy="split the file where the clock was set, or log again",
+                remedy=remedy,
                 line=lines[0],
             )
         )

@@ -92,6 +92,20 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
     return data
 
 
+def read_utf_8(path: Path, most: int = MOST_BYTES) -> str:
+    """A text as read_bytes reads it; what is no UTF-8 in it is replaced. Raises InputError also for
+    UTF-16, of which nothing would be left."""
+    data = read_bytes(path, most)
+    refuse_utf_16(data, path)
+    return data.decode("utf-8", "replace")
+
+
+def refuse_utf_16(data: bytes, path: Path) -> None:
+    """Raises InputError for text that begins as UTF-16 does, as editors mark it."""
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise InputError(f"{shown_path(path)}:1: is UTF-16 text; save it as UTF-8")
+
+
 def refuse_many_lines(path: Path) -> None:
     """Raises InputError for a file of more lines than a log has, before all of it is in memory.
 
@@ -193,13 +207,15 @@ def atomic_output(path: Path) -> Iterator[Path]:
     """Yields a temporary path beside ``path`` that becomes ``path`` when the block succeeds.
 
     When it fails, an older file of that name is untouched and nothing new is left behind. A
-    symbolic link stays one; a device (/dev/null) is written to, never replaced.
+    symbolic link stays one; a device (/dev/null) or a pipe (/dev/stdout) is written to, never
+    replaced.
     Raises InputError naming the file when it cannot be written.
     """
     shown = shown_path(path)
     try:
-        path = path.resolve()
+        # Before links are followed: /dev/stdout is one to no path where it is a pipe.
         device = path.exists() and not path.is_file() and not path.is_dir()
+        path = path if device else path.resolve()
         folder = None if device else path.parent
         handle, name = tempfile.mkstemp(
             dir=folder, prefix=f".{path.name[:50]}.", suffix=path.suffix[:50]
@@ -281,6 +297,7 @@ _REMEDIES = {
     errno.ENOSPC: "free some space, or give another path",
     errno.EDQUOT: "free some space, or give another path",
     errno.EIO: "look at the disk",
+    errno.EPIPE: "see why its reader ended",
 }
 
 

@@ -13,7 +13,7 @@ from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.extras import need
 from cdprcal.findings import Finding
-from cdprcal.io.files import begins_with, read_bytes, refuse_many_lines, shown_path
+from cdprcal.io.files import begins_with, read_bytes, refuse_many_lines, refuse_utf_16, shown_path
 from cdprcal.io.loaded import LogFile, LogFormat
 
 _MCAP_MAGIC = b"\x89MCAP0\r\n"
@@ -80,12 +80,15 @@ def parse_log_bytes(data: bytes, path: Path) -> LogFile:
 
 
 def read_log_bytes(path: Path) -> bytes:
-    """A log's content. Raises InputError for more lines than any reader could make sense of."""
+    """A log's content. Raises InputError for more lines than any reader could make sense of,
+    and for UTF-16."""
     if (path / "metadata.yaml").is_file():
         raise InputError(f"{path}: is a ROS 2 bag: turn it into a log first, with cdprcal import")
     if begins_with(path, len(_MCAP_MAGIC)) != _MCAP_MAGIC:
         refuse_many_lines(path)
-    return read_bytes(path)
+    data = read_bytes(path)
+    refuse_utf_16(data, path)
+    return data
 
 
 def parse_csv_log(data: bytes, path: Path) -> LogFile:
@@ -162,16 +165,19 @@ def _whole_lines(data: bytes, findings: list[Finding]) -> bytes:
     """Without a last line that was cut: even its last number may be half a number."""
     whole = data[: data.rfind(b"\n") + 1]
     if len(whole) < len(data):
-        findings.append(
-            Finding(
-                severity="warning",
-                code="truncated",
-                message="the last line is cut off and left out",
-                remedy="what was read before is used",
-                line=whole.count(b"\n") + 1,
-            )
-        )
+        findings.append(cut_off(whole.count(b"\n") + 1))
     return whole
+
+
+def cut_off(line: int) -> Finding:
+    """That the last line of a file, counted from 1, is not whole."""
+    return Finding(
+        severity="warning",
+        code="truncated",
+        message=f"the last line, {line}, is cut off and left out",
+        remedy="what was read before is used",
+        line=line,
+    )
 
 
 def _unfinished(data: bytes) -> Iterator[Finding]:

@@ -22,7 +22,7 @@ _EARLIER: dict[Output, tuple[bytes, ...]] = {
     "robot file": (b"# written by cdprcal ",),
     "result": (b'{\n  "status": ', b'{\n  "verdict": '),
     "truth": (b'{\n  "poses": ',),
-    "plan": (b"# cdprcal plan",),
+    "plan": (b"# written by cdprcal ",),
     "track": (b"time_s,x_m,y_m,z_m,quaternion_w,",),
     "page": (b"<!doctype html>",),
     "picture": (b"\x89PNG\r\n", b"%PDF-", b"<?xml "),
@@ -34,6 +34,9 @@ _EARLIER: dict[Output, tuple[bytes, ...]] = {
     ),
     "settings": (b'{"',),
 }
+
+#: How a plan begins below that line.
+_PLAN = b"# cdprcal plan"
 
 #: Who made a picture, in its own words: by them one is known that may be replaced.
 MAKER = "cdprcal"
@@ -52,7 +55,8 @@ _NEAR_BYTES = 16384
 
 
 def signed(text: str) -> str:
-    """A robot file as it is written: its first line tells whether anybody has edited it since."""
+    """A robot file or plan as it is written: its first line tells whether anybody has edited it
+    since."""
     digest = _digest(text.encode())
     return f"# written by cdprcal ({digest}); unless edited, the next replaces it\n{text}"
 
@@ -65,9 +69,10 @@ def may_replace(path: Path, kind: Output) -> bool:
         return True
     if not begins_with(path, 100).startswith(_EARLIER[kind]):
         return False
-    if kind == "robot file":
+    if kind in ("robot file", "plan"):
         line, _, text = path.read_bytes().partition(b"\n")
-        return f"({_digest(text)})".encode() in line
+        same_kind = text.startswith(_PLAN) == (kind == "plan")
+        return same_kind and f"({_digest(text)})".encode() in line
     return kind not in ("picture", "page") or _is_made_here(path)
 
 

@@ -16,11 +16,12 @@ from cdprcal.findings import Finding
 from cdprcal.hardware.xsens.measurement import rotation_from_quaternion
 from cdprcal.io.files import begins_with, is_foreign, is_workbook, shown_path, shown_text
 from cdprcal.io.loaded import LogFile
-from cdprcal.io.log_file import load_run, refuse_repeated, require_cable_count
+from cdprcal.io.log_file import cut_off, load_run, refuse_repeated, require_cable_count
 from cdprcal.io.marks import marks_in, without
-from cdprcal.mapping.common_time import nearest
+from cdprcal.mapping.common_time import nearest, shared_stamps
 from cdprcal.mapping.counter import unwrapped
-from cdprcal.mapping.document import GROUPS, QUATERNIONS, Group, Map, load_map
+from cdprcal.mapping.delimited import is_number
+from cdprcal.mapping.document import GROUPS, QUATERNIONS, Group, Map, Time, load_map
 from cdprcal.mapping.one_a_row import holds_one_a_row
 from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable
 from cdprcal.mapping.read import read_raw
@@ -43,7 +44,9 @@ def load_mapped(path: str | Path, map_path: str | Path, robot: _core.Robot | Non
     form = None
     if the_map.text is not None:
         text = the_map.text
-        form = DelimitedForm(text.separator, text.decimal, text.header_line, text.encoding)
+        form = DelimitedForm(
+            text.separator, text.decimal, text.header_line, text.encoding, shown_path(map_path)
+        )
     return apply_map(read_raw(path, form), the_map, shown_path(map_path), robot)
 
 
@@ -69,7 +72,8 @@ def apply_map(raw: RawTable, the_map: Map, source: str, robot: _core.Robot | Non
             arrays[sensor.field] = values
     log = Log(time_s=rows.time_s, source=shown_path(raw.path), **arrays)
     line = None if raw.line is None else raw.line[rows.kept]
-    findings = (*rows.findings, *rows.marks())
+    cut = () if raw.cut_line is None else (cut_off(raw.cut_line),)
+    findings = (*rows.findings, *cut, *rows.marks())
     return LogFile(raw.path, "mapped", log, findings, line=line)
 
 
@@ -91,15 +95,8 @@ class _Rows:
         self.kept = _increasing(time_s)
         rows = len(time_s) - begin
         if len(self.kept) < rows:
-            self.findings.append(
-                Finding(
-                    severity="warning",
-                    code="same_time",
-                    message=f"{rows - len(self.kept)} of {rows} rows have no time, "
-                    "or not a later one than the row before, and are left out",
-                    remedy="see that one logger writes the file, and no one sets its clock",
-                )
-            )
+            left_out = f"{rows - len(self.kept)} of {rows} rows"
+            self.findings.append(_same_time(left_out, time_s[begin:], the_map.time))
         if the_map.run is not None:
             self._take_run(the_map.run)
         self.time_s = time_s[self.kept]
@@ -162,6 +159,9 @@ class _Rows:
             there = [*near, *(key for key in columns if key not in near)]
             shown = ", ".join(repr(shown_text(key, 60)) for key in there[:30])
             more = f" and {len(there) - 30} more" if len(there) > 30 else ""
+            form = self._raw.form
+            if form is not None and 2 * sum(is_number(k, form.decimal) for k in there) > len(there):
+                more += f"; or correct text.header_line: line {form.header_line} holds numbers"
             raise InputError(
                 f"{self._source}: {where}: {shown_path(self._raw.path)} has no column {name!r}; "
                 f"give one of those it has: {shown}{more}"
@@ -202,6 +202,27 @@ class _Rows:
             f"{self._source}: time: {shown_path(self._raw.path)} has no topic {topic!r} with "
             f"numbers; give one of those it has: {', '.join(topics)}"
         )
+
+
+def _same_time(left_out: str, time_s: Floats, time: Time) -> Finding:
+    """That rows, ``left_out`` of how many, have no time of their own."""
+    if (shared := shared_stamps(time_s)) is None:
+        message = "have no time, or not a later one than the row before, and are left out"
+        remedy = "see that one logger writes the file, and no one sets its clock"
+    else:
+        lasts_s, rate_Hz = shared
+        finer = "" if time.plus else " or add what passed since to it with plus,"
+        message = (
+            f"have the time of the row before and are left out: {shown_text(time.column, 60)!r} "
+            f"goes on by {lasts_s:.3g} s at a time"
+        )
+        remedy = (
+            f"give a finer column as time,{finer} or write time: {{rate_Hz: {rate_Hz:.3g}}} into "
+            "the mapping file if the rows come as evenly"
+        )
+    return Finding(
+        severity="warning", code="same_time", message=f"{left_out} {message}", remedy=remedy
+    )
 
 
 def _last_begin(time_s: Floats) -> int:

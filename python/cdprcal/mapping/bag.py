@@ -16,6 +16,35 @@ _MOST_WIDE = 64
 _SKIPPED = {"header", "layout", "__msgtype__"}
 
 
+class Messages:
+    """The numbers of messages, by topic."""
+
+    def __init__(self) -> None:
+        self._stamps: dict[str, list[int]] = {}
+        self._rows: dict[str, list[dict[str, float]]] = {}
+
+    def add(self, topic: str, stamp: int, numbers: dict[str, float]) -> None:
+        """``stamp``: when they were taken [ns]; ``numbers``: by '.name'. None are no message."""
+        if numbers:
+            self._stamps.setdefault(topic, []).append(stamp)
+            self._rows.setdefault(topic, []).append(numbers)
+
+    def columns(self) -> dict[str, Column]:
+        """In the order of their stamps, with seconds since the first of all; NaN where a message
+        does not have the number."""
+        columns: dict[str, Column] = {}
+        # A float has no room for nanoseconds since 1970.
+        begin = min((min(stamps) for stamps in self._stamps.values()), default=0)
+        for topic, rows in self._rows.items():
+            stamps = np.array(self._stamps[topic], dtype=np.int64)
+            order = np.argsort(stamps, kind="stable")
+            time_s = (stamps - begin)[order] / 1e9
+            for key in dict.fromkeys(key for row in rows for key in row):
+                values = np.array([row.get(key, np.nan) for row in rows])[order]
+                columns[topic + key] = Column(values, time_s=time_s)
+        return columns
+
+
 def read_bag(path: Path) -> RawTable:
     """Reads every topic whose type is known and that holds numbers; stamps of headers count, else
     those of the recorder. What a joint state says is named after its joints, and a force has its
@@ -25,8 +54,7 @@ def read_bag(path: Path) -> RawTable:
     name = shown_path(path)
     store = get_typestore(Stores.ROS2_HUMBLE)
     types: dict[str, str] = {}
-    stamps: dict[str, list[int]] = {}
-    rows: dict[str, list[dict[str, float]]] = {}
+    taken = Messages()
     try:
         for _ in messages(path, {}, types):
             pass
@@ -34,12 +62,10 @@ def read_bag(path: Path) -> RawTable:
         for topic, recorded, data in messages(path, wanted, {}):
             message: Any = store.deserialize_cdr(data, wanted[topic])
             stamp = getattr(getattr(message, "header", None), "stamp", None)
-            taken = stamp.sec * 1_000_000_000 + stamp.nanosec if stamp is not None else 0
+            stamped = stamp.sec * 1_000_000_000 + stamp.nanosec if stamp is not None else 0
             flat: dict[str, float] = {}
             _flatten("", message, flat)
-            if flat:
-                stamps.setdefault(topic, []).append(taken or recorded)
-                rows.setdefault(topic, []).append(flat)
+            taken.add(topic, stamped or recorded, flat)
     except InputError:
         raise
     except OSError as error:
@@ -49,14 +75,7 @@ def read_bag(path: Path) -> RawTable:
             f"{name}: is no whole ROS 2 bag ({shown_text(str(error))}); repair one that was cut "
             "with `ros2 bag reindex` or `mcap recover`"
         ) from None
-    columns: dict[str, Column] = {}
-    begin = min((min(taken) for taken in stamps.values()), default=0)  # a float has no room for ns
-    for topic, flats in rows.items():
-        order = np.argsort(stamps[topic], kind="stable")
-        time_s = (np.array(stamps[topic], dtype=np.int64) - begin)[order] / 1e9
-        for key in dict.fromkeys(key for flat in flats for key in flat):
-            values = np.array([flat.get(key, np.nan) for flat in flats])[order]
-            columns[topic + key] = Column(values, time_s=time_s)
+    columns = taken.columns()
     if not columns:
         there = ", ".join(f"{t} ({k})" for t, k in sorted(types.items())) or "nothing"
         raise InputError(

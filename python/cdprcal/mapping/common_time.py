@@ -38,6 +38,19 @@ def on_common_time(
     return there[first], columns
 
 
+def shared_stamps(time_s: Floats) -> tuple[float, float] | None:
+    """Of times that most rows share with the one before, as those of whole seconds: how long one
+    lasts [s], and how many rows a second there are [Hz]; None for others."""
+    there = time_s[np.isfinite(time_s)]
+    first = np.flatnonzero(np.diff(there, prepend=np.nan) != 0.0)[1:]  # that before may be cut
+    steps, rows = np.diff(there[first]), np.diff(first)
+    if not len(steps) or 2 * len(first) > len(there) or steps.min() < 0.0:
+        return None
+    lasts_s = float(np.median(steps))
+    usual = np.isclose(steps, lasts_s)
+    return (lasts_s, float(rows[usual].mean()) / lasts_s) if usual.any() else None
+
+
 def nearest(column: Column, time_s: Floats) -> Floats:
     """Values of a column with times of its own at others, nearest in time, no further than half the
     longer of both periods; NaN where none is."""

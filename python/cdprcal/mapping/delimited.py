@@ -59,8 +59,10 @@ _UNIT = re.compile(r"[\[(]?\s*[^\s\d\[\]();,]{0,6}(/[^\s\d\[\]();,]{1,4})?\s*[\]
 def read_delimited(path: Path, form: DelimitedForm | None = None) -> RawTable:
     """Reads text in columns; ``form`` None: found. Raises InputError naming file and line."""
     name = shown_path(path)
-    lines, encoding = text_lines(path, form.encoding if form else "")
+    lines, encoding = text_lines(path, form)
     try:
+        if form is not None:
+            _refuse_other_separator(name, lines, form)
         found = form or _form_of(lines, encoding)
         if found is not None:
             return _table(path, lines, found)
@@ -76,6 +78,21 @@ def read_delimited(path: Path, form: DelimitedForm | None = None) -> RawTable:
     )
 
 
+def _refuse_other_separator(name: str, lines: list[str], form: DelimitedForm) -> None:
+    """Raises InputError where the separator of a form parts no names, and another one parts the
+    columns."""
+    names, _ = _names(lines, form)
+    if len(names) > 1 or (not form.header_line and any(form.separator in line for line in lines)):
+        return
+    found = _form_of(lines, form.encoding)
+    if found is not None and found.separator != form.separator:
+        wrong, right = (f'"{s}"'.replace("\t", "\\t") for s in (form.separator, found.separator))
+        raise InputError(
+            f"{form.source}: text.separator: {name} has no columns between {wrong}; give {right}, "
+            "which parts its columns"
+        )
+
+
 def table_of_lines(
     path: Path, lines: list[str], separator: str, *, kind: str, left_out: tuple[str, ...]
 ) -> RawTable:
@@ -89,16 +106,19 @@ def table_of_lines(
     return replace(table, kind=kind, form=None, left_out=left_out)
 
 
-def text_lines(path: Path, encoding: str = "") -> tuple[list[str], str]:
-    """The lines of a text, and its encoding: as given, or found. Raises InputError."""
+def text_lines(path: Path, form: DelimitedForm | None = None) -> tuple[list[str], str]:
+    """The lines of a text, and its encoding: of a form, or found. Raises InputError."""
     refuse_many_lines(path)
     data = read_bytes(path)
-    encoding = encoding or _encoding(data)
+    encoding = form.encoding if form is not None else _encoding(data)
     try:
         return data.decode(encoding).replace("\0", "").splitlines(), encoding
-    except (UnicodeDecodeError, LookupError):
+    except (UnicodeError, LookupError):
+        name = shown_path(path)
+        if form is None:
+            raise InputError(f"{name}: is not whole {encoding} text; save it as UTF-8") from None
         raise InputError(
-            f"{shown_path(path)}: is not {encoding} text; correct text.encoding"
+            f"{form.source}: text.encoding: {name} is not {encoding} text; give {_encoding(data)}"
         ) from None
 
 
@@ -255,6 +275,7 @@ def _table(path: Path, lines: list[str], form: DelimitedForm) -> RawTable:
         raise InputError(f"{name}:{form.header_line}: names no columns; correct text.header_line")
     rows: list[list[str]] = []
     at: list[int] = []
+    cut_line: int | None = None
     least = _least_cells(lines, form, len(names))
     for number, line in enumerate(lines[form.header_line :], start=form.header_line + 1):
         if not line.strip() or line.lstrip()[0] in _COMMENT:
@@ -274,7 +295,8 @@ def _table(path: Path, lines: list[str], form: DelimitedForm) -> RawTable:
             cells += [""] * (len(names) - len(cells))
         if len(cells) != len(names):
             if number == len(lines):
-                continue  # the last line was cut off
+                cut_line = number
+                continue
             raise InputError(
                 f"{name}:{number}: has {len(cells)} columns, the header {len(names)}; delete the "
                 "line, or correct text.separator"
@@ -291,7 +313,7 @@ def _table(path: Path, lines: list[str], form: DelimitedForm) -> RawTable:
             _column(cells, form.decimal, units[i] if units else ""),
             repeats=first if first != column and first in columns else "",
         )
-    return RawTable(path, "csv", columns, form, np.array(at, dtype=np.int64))
+    return RawTable(path, "csv", columns, form, np.array(at, dtype=np.int64), cut_line=cut_line)
 
 
 def _least_cells(lines: list[str], form: DelimitedForm, names: int) -> int:

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 
 from cdprcal import sensors
 from cdprcal.mapping.units import UNITS, factor
-from cdprcal.strict_yaml import YamlKind, misplaced
+from cdprcal.strict_yaml import YamlKind, misplaced, unfit
 
 #: Name in the mapping file → the group of a log that it fills.
 GROUPS = {
@@ -38,10 +38,10 @@ def _refuse_no_size(unit: str | float) -> None:
 
 
 def _unit_of_time(unit: str | float) -> str | float:
-    """The unit. Raises ValueError when it is none of a time."""
+    """The unit. Raises an error of pydantic when it is none of a time."""
     _refuse_no_size(unit)
     if factor("s", unit) is None:
-        raise ValueError(f"unit {unit!r} is not one of {', '.join(UNITS['s'])}")
+        raise unfit(f"unit {unit!r} is not one of {', '.join(UNITS['s'])}; give one of those")
     return unit
 
 
@@ -52,10 +52,30 @@ class _Strict(BaseModel):
 class Text(_Strict):
     """How a text file is cut into columns; of other files left out."""
 
-    separator: Annotated[str, Field(min_length=1, max_length=1)] = ","
+    separator: str = ","
     decimal: Literal[".", ","] = "."
     header_line: Annotated[int, Field(ge=0)] = 1
     encoding: str = "utf-8"
+
+    @field_validator("separator")
+    @classmethod
+    def _one_character(cls, separator: str) -> str:
+        if len(separator) != 1:
+            raise unfit(f'{separator!r} is not one character; give ";", ",", "|", " " or "\\t"')
+        return separator
+
+    @field_validator("encoding")
+    @classmethod
+    def _that_is_known(cls, encoding: str) -> str:
+        try:
+            b"a".decode(encoding)
+        except UnicodeError:
+            return encoding  # which has no letter of one byte
+        except (LookupError, ValueError):
+            raise unfit(
+                f"{encoding!r} is no encoding of text; give utf-8, utf-16, cp1252, latin-1 …"
+            ) from None
+        return encoding
 
 
 class Part(_Strict):
@@ -95,10 +115,23 @@ class Group(_Strict):
     sign: Sign | list[Sign] = 1
     delay_s: Annotated[float, Field(ge=-10.0, le=10.0)] = 0.0  #: stamped so long after they were so
 
+    @field_validator("sign", mode="before")
+    @classmethod
+    def _directions(cls, sign: Any) -> Any:
+        for one in sign if isinstance(sign, list) else [sign]:
+            if isinstance(one, bool) or one not in (1, -1):
+                raise unfit(
+                    f"{one} is neither 1 nor -1; give 1 where cables grow and rotations follow the "
+                    "right hand, else -1, or a list with one a column"
+                )
+        return sign
+
     @model_validator(mode="after")
     def _one_sign_a_column(self) -> Group:
         if isinstance(self.sign, list) and len(self.sign) != len(self.columns):
-            raise ValueError(f"{len(self.sign)} signs for {len(self.columns)} columns")
+            raise unfit(
+                f"{len(self.sign)} signs for {len(self.columns)} columns; give one, or one a column"
+            )
         return self
 
     @model_validator(mode="after")

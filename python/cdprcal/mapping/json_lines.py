@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,8 @@ from cdprcal.io.files import read_bytes, refuse_many_lines, shown_path, shown_te
 from cdprcal.mapping.delimited import clock_column
 from cdprcal.mapping.one_a_row import one_a_row
 from cdprcal.mapping.raw import Column, RawTable
+
+Row = dict[str, float | str | None]
 
 _MOST_WIDE = 64
 _MOST_NESTED = 12
@@ -35,33 +39,48 @@ def read_json_lines(path: Path) -> RawTable:
     name = shown_path(path)
     refuse_many_lines(path)
     lines = read_bytes(path).decode("utf-8-sig", "replace").split("\n")
-    rows: list[dict[str, float | str | None]] = []
+    rows: list[Row] = []
     at: list[int] = []
+    cut_line: int | None = None
     for number, line in enumerate(lines, start=1):
         if not line.strip():
             continue
         held = _object(line.encode())
         if held is None:
             if number == len(lines):
-                continue  # the last line was cut off
+                cut_line = number
+                continue
             raise InputError(
                 f"{name}:{number}: {shown_text(line, 40)!r} is no JSON object as the lines before "
                 "it; correct or delete the line"
             )
-        flat: dict[str, float | str | None] = {}
-        _flatten("", held, flat, 0)
-        rows.append(flat)
+        rows.append(flat_row(held))
         at.append(number)
+    return replace(table_of_rows(path, "records", rows, at), cut_line=cut_line)
+
+
+def flat_row(held: dict[str, Any]) -> Row:
+    """Arrays of an object as 'name.1 …', objects in it as 'name.field'."""
+    flat: Row = {}
+    _flatten("", held, flat, 0)
+    return flat
+
+
+def table_of_rows(path: Path, kind: str, rows: list[Row], at: Sequence[int] = ()) -> RawTable:
+    """Rows as columns, or as a column a signal where they hold a reading each; ``at``: the line of
+    each. Raises InputError as ``one_a_row``."""
     keys = dict.fromkeys(key for row in rows for key in row)
     if any(isinstance(cell, str) for row in rows for cell in row.values()):
         cells = [["" if row.get(key) is None else str(row[key]) for key in keys] for row in rows]
-        if (table := one_a_row(path, [[*keys], *cells], [0, *at])) is not None:
+        if (table := one_a_row(path, [[*keys], *cells], [0, *at] if at else ())) is not None:
             return table
     columns = {key: _column([row.get(key) for row in rows]) for key in keys}
     kept = {key: column for key, column in columns.items() if column is not None}
     left_out = tuple(key for key in keys if key not in kept)
-    kept["run"] = Column(np.ones(len(rows)))  # as of records among words
-    return RawTable(path, "records", kept, line=np.array(at, dtype=np.int64), left_out=left_out)
+    if kind == "records":
+        kept["run"] = Column(np.ones(len(rows)))  # as of records among words
+    line = np.array(at, dtype=np.int64) if at else None
+    return RawTable(path, kind, kept, line=line, left_out=left_out)
 
 
 def _object(line: bytes) -> dict[str, Any] | None:
@@ -69,13 +88,13 @@ def _object(line: bytes) -> dict[str, Any] | None:
     if not line.lstrip(b"\xef\xbb\xbf \t").startswith(b"{"):
         return None
     try:
-        held = json.loads(line.decode("utf-8-sig", "replace"))
+        held = json.loads(line.decode("utf-8-sig", "replace"), parse_int=float)
     except (ValueError, RecursionError):
         return None
     return held if isinstance(held, dict) else None
 
 
-def _flatten(name: str, value: Any, flat: dict[str, float | str | None], depth: int) -> None:
+def _flatten(name: str, value: Any, flat: Row, depth: int) -> None:
     if depth > _MOST_NESTED:
         return
     if isinstance(value, dict):

@@ -60,10 +60,11 @@ def one_a_row_in_text(path: Path, head: bytes) -> RawTable | None:
 def one_a_row(path: Path, cells: Sequence[list[str]], at: Sequence[int]) -> RawTable | None:
     """Each signal as a column, of rows that have a time, a name and a reading; None for others.
 
-    ``cells``: of each row, of which the first may be a header; ``at``: the line of each. All
-    signals stand on the union of their times, or at the times of the longest where each has its
-    own. A name is what tells signals apart: one column of the table ('length_1'), or several
-    ('length', '1': 'length.1'). Raises InputError naming the line whose reading is no number.
+    ``cells``: of each row, of which the first may be a header; ``at``: the line of each, if it has
+    one. All signals stand on the union of their times, or at the times of the longest where each
+    has its own. A name is what tells signals apart: one column of the table ('length_1'), or
+    several ('length', '1': 'length.1'). Raises InputError naming the line whose reading is no
+    number.
     """
     form = _form_of([cells[i] for i in _sample(len(cells))], ".")
     return None if form is None else _table(path, cells, at, form)
@@ -106,8 +107,9 @@ def _table(path: Path, cells: Sequence[list[str]], at: Sequence[int], form: _For
     value = numbers_in([row[form.value] for row in rows], decimal)
     for i in np.flatnonzero(~np.isfinite(value)).tolist():
         if not says_nothing(rows[i][form.value]):
+            where = f"{name}:{at[lines[i]]}" if at else f"{name}: row {lines[i]}"
             raise InputError(
-                f"{name}:{at[lines[i]]}: {shown_text(rows[i][form.value], 40)!r} is not a number; "
+                f"{where}: {shown_text(rows[i][form.value], 40)!r} is not a number; "
                 "leave the cell empty where nothing was read, or delete the line"
             )
     signals: dict[str, list[int]] = {}
@@ -123,7 +125,9 @@ def _table(path: Path, cells: Sequence[list[str]], at: Sequence[int], form: _For
     }
     common, columns = _as_rows(columns)
     key = "time" if lines[0] == 0 else cells[0][form.time]
-    return RawTable(path, "one a row", {key: Column(common, is_clock=clock is not None), **columns})
+    columns = {key: Column(common, is_clock=clock is not None), **columns}
+    cut_line = at[-1] if at and len(cells[-1]) < width else None
+    return RawTable(path, "one a row", columns, cut_line=cut_line)
 
 
 def _sample(count: int) -> list[int]:

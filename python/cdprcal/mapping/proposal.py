@@ -88,9 +88,12 @@ class Proposal:
         )
 
     def unused(self) -> list[str]:
-        """Columns that no line takes, in the order of the file, then what is no column."""
+        """Columns that no line takes, in the order of the file, then what is no column, and the
+        last line where it is cut off."""
         used = {*self.time.columns, *(c for line in self.lines for c in line.columns)}
-        return [*(name for name in self.raw.columns if name not in used), *self.raw.left_out]
+        cut_line = self.raw.cut_line
+        cut = [] if cut_line is None else [f"line {cut_line}, which is cut off"]
+        return [*(name for name in self.raw.columns if name not in used), *self.raw.left_out, *cut]
 
     def map(self) -> Map:
         """The mapping itself."""

@@ -35,18 +35,20 @@ class Column:
 
 @dataclass(frozen=True)
 class DelimitedForm:
-    """How a text file is to be cut into columns."""
+    """How a text file is to be cut into columns; ``source``: the mapping file that says so."""
 
     separator: str  #: one character; a blank: any run of blanks
     decimal: str  #: '.' or ','
     header_line: int  #: that names the columns, from 1; 0: none does
     encoding: str
+    source: str = ""
 
 
 @dataclass(frozen=True)
 class RawTable:
-    """A raw file: its kind (csv, one a row, records, mat, arrow, bag) and its columns in the order
-    of the file; ``left_out``: what it holds beside them that is no column of numbers."""
+    """A raw file: its kind (csv, one a row, records, json, mat, arrow, bag) and its columns in the
+    order of the file; ``left_out``: what it holds beside them that is no column of numbers;
+    ``cut_line``: its last line, from 1, where that is cut off and left out."""
 
     path: Path
     kind: str
@@ -54,6 +56,7 @@ class RawTable:
     form: DelimitedForm | None = None
     line: NDArray[np.int64] | None = None  #: of each row, from 1
     left_out: tuple[str, ...] = ()
+    cut_line: int | None = None
 
     def readings(self, name: str) -> Column:
         """A column whose every cell could be read. Raises InputError naming line and cell."""

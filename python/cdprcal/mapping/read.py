@@ -4,30 +4,38 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from cdprcal.extras import need
 from cdprcal.io.files import begins_with, is_workbook
 from cdprcal.mapping.arrow import FEATHER_MAGICS, PARQUET_MAGIC, read_arrow
 from cdprcal.mapping.bag import read_bag
 from cdprcal.mapping.delimited import read_delimited
 from cdprcal.mapping.hdf5 import HDF5_MAGIC, read_hdf5
 from cdprcal.mapping.json_lines import holds_json_lines, read_json_lines
+from cdprcal.mapping.json_table import read_json_table
 from cdprcal.mapping.matlab import read_mat
+from cdprcal.mapping.mcap_json import read_mcap_json
 from cdprcal.mapping.one_a_row import one_a_row_in_text
 from cdprcal.mapping.raw import DelimitedForm, RawTable
 from cdprcal.mapping.records import holds_records, read_records
 from cdprcal.mapping.scope import holds_scope, read_scope
 from cdprcal.mapping.workbook import read_workbook
 from cdprcal.ros2 import is_bag
+from cdprcal.ros2.storage import MCAP_MAGIC
 
 
 def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:
     """Reads CSV and its like, with a signal a column or a reading a row, exports of TwinCAT Scope,
-    JSON lines, records in braces, Excel workbooks, MAT, HDF5, Parquet, Feather or a ROS 2 bag.
+    JSON of one table or an object a line, records in braces, Excel workbooks, MAT, HDF5, Parquet,
+    Feather, a ROS 2 bag or MCAP with JSON messages.
 
     ``form``: how text is to be cut; None: found. Raises InputError naming file and place.
     """
     path = Path(path)
     if is_bag(path):
         return read_bag(path)
+    if begins_with(path, len(MCAP_MAGIC), unpacked=True) == MCAP_MAGIC:
+        need("mcap", of=str(path))
+        return read_mcap_json(path)
     head = begins_with(path, 8)
     if is_workbook(path):
         return read_workbook(path)
@@ -41,6 +49,8 @@ def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:
         head = begins_with(path, 1 << 16, unpacked=True)
         if holds_json_lines(head):
             return read_json_lines(path)
+        if (table := read_json_table(path, head)) is not None:
+            return table
         if holds_records(head):
             return read_records(path)
         if holds_scope(head):

@@ -77,9 +77,17 @@ def read_records(path: Path) -> RawTable:
         raise InputError(f"{name}: holds no records like {{a: 1.5, b: 2.5}}; check the file")
     table = np.array(rows)
     columns = {key: Column(table[:, i]) for i, key in enumerate(names)}
+    cut_at = _cut_at(text, end)
     columns["run"] = Column(np.array(runs, dtype=np.float64))
     at = np.array(lines, dtype=np.int64)
-    return RawTable(path, "records", columns, line=at, left_out=tuple(left_out))
+    cut_line = None if cut_at < 0 else text.count("\n", 0, cut_at) + 1
+    return RawTable(path, "records", columns, line=at, left_out=tuple(left_out), cut_line=cut_line)
+
+
+def _cut_at(text: str, end: int) -> int:
+    """Where a record begins behind the last whole one, and does not end; -1: none does."""
+    begin = text.rfind("{", end)
+    return begin if begin >= 0 and _ASSIGNED.search(text, begin) else -1
 
 
 def _refuse_unread(between: str, name: str, line: int) -> None:

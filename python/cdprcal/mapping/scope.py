@@ -36,10 +36,12 @@ def read_scope(path: Path) -> RawTable:
     names = _signal_names(rows, wide)
     first = next((i for i in range(header, len(rows)) if _is_sample(rows[i][:wide])), len(rows))
     decimal = "," if separator != "," and any("," in c for r in rows[first:] for c in r) else "."
+    cut_line: int | None = None
     table = np.full((len(rows) - first, wide), np.nan)
     for i, row in enumerate(rows[first:]):
         if len(row) < wide and first + i + 1 == len(rows):
-            break  # the last line was cut off
+            cut_line = len(rows)
+            break
         for k, cell in enumerate(row[:wide]):
             value = _value(cell, decimal)
             if value is None:
@@ -53,7 +55,8 @@ def read_scope(path: Path) -> RawTable:
     )
     if not len(time_ms):
         raise InputError(f"{name}: has no row of numbers; give an export with the samples too")
-    return RawTable(path, "scope", {_TIME: Column(time_ms, unit="ms"), **columns})
+    columns = {_TIME: Column(time_ms, unit="ms"), **columns}
+    return RawTable(path, "scope", columns, cut_line=cut_line)
 
 
 def _signal_names(rows: list[list[str]], wide: int) -> list[str]:

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from cdprcal.mapping.common_time import shared_stamps
 from cdprcal.mapping.counter import unwrapped
 from cdprcal.mapping.proposal import PLUS, Line
 from cdprcal.mapping.raw import Floats, RawTable
@@ -16,8 +17,10 @@ from cdprcal.mapping.units import UNITS, unit_named
 
 #: Periods of samples that logs have [s].
 _PERIODS_S = (5e-4, 2.0)
-#: Of rows whose time is later than the last one's, where a clock stands still over others.
+#: Of rows that differ from the last one, where most stand still.
 _LEAST_STEPS = 0.05
+#: Columns of no kind, or that are times, hold no readings.
+_NONE = ("", "time")
 
 
 def time_of(raw: RawTable, names: dict[str, Name]) -> tuple[Line, float | None]:
@@ -32,7 +35,7 @@ def time_of(raw: RawTable, names: dict[str, Name]) -> tuple[Line, float | None]:
     for key in (*rising, *held):
         if raw.columns[key].is_clock:
             line = Line("time", (key,), "s", (1,), "sure", "dates or times of day")
-            return _held(line) if key in held else line, None
+            return _held(raw, names, line) if key in held else (line, None)
     if parts:
         return parts, None
     named = [key for key in rising if key in of_time]
@@ -40,7 +43,7 @@ def time_of(raw: RawTable, names: dict[str, Name]) -> tuple[Line, float | None]:
         why = "its name; no unit makes its steps a logger's"
         by_name = Line("time", (key,), "s", (1,), "guess", why)
         by_name = _of_column(raw, names[key], "its name; ") or by_name
-        return _held(by_name) if key in held else by_name, None
+        return _held(raw, names, by_name) if key in held else (by_name, None)
     if raw.kind == "records":
         return Line("time", (), "s", (1,), "likely", "one rest a record"), 0.1
     plain = [key for key in rising if not names[key].kind]
@@ -75,10 +78,25 @@ def _of_column(raw: RawTable, name: Name, by: str) -> Line | None:
     return None
 
 
-def _held(line: Line) -> Line:
-    """A time that stands still over some rows."""
+def _held(raw: RawTable, names: dict[str, Name], line: Line) -> tuple[Line, float | None]:
+    """A time that stands still over some rows; the rate of all, where it does over most, and these
+    are no rows written again."""
+    (column,) = line.columns
+    time_s = UNITS["s"][str(line.unit)] * unwrapped(raw.columns[column].values)
+    readings = [raw.columns[key].values for key, name in names.items() if name.kind not in _NONE]
+    if (shared := shared_stamps(time_s)) is not None and _differ(time_s, readings):
+        lasts_s, rate_Hz = shared
+        why = f"{column!r} goes on by {lasts_s:.3g} s at a time: correct the rate of its rows"
+        return Line("time", (), "s", (1,), "guess", why), float(f"{rate_Hz:.3g}")
     sure = "likely" if line.sure == "sure" else line.sure
-    return replace(line, sure=sure, why=f"{line.why}; rows of the same time are left out")
+    return replace(line, sure=sure, why=f"{line.why}; rows of the same time are left out"), None
+
+
+def _differ(time_s: Floats, readings: list[Floats]) -> bool:
+    """Whether rows of the time of the one before hold other readings, and not the same again."""
+    same = np.diff(time_s) == 0.0
+    other = np.any([np.diff(values)[same] != 0.0 for values in readings], axis=0)
+    return bool(readings) and bool(np.mean(other) > _LEAST_STEPS)
 
 
 def _parts_of_time(raw: RawTable, names: dict[str, Name]) -> Line | None:

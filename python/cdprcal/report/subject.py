@@ -11,7 +11,7 @@ import numpy as np
 
 from cdprcal import _core
 from cdprcal._core import InputError
-from cdprcal.check import pauses
+from cdprcal.check import marks, pauses
 from cdprcal.diagnosis.document import TRUSTED
 from cdprcal.findings import Finding
 from cdprcal.io.events import told_in
@@ -195,7 +195,7 @@ def _calibrated(
     file = file or LogFile(Path(log.source), "csv", log)
     chosen = _core.CalibrateOptions() if options is None else calibrate_options(options)
     document = calibration_as_dict(robot, _core.calibrate(robot, log, chosen))
-    findings = (*file.findings, *pauses(robot, [file], chosen.segment))
+    findings = (*file.findings, *marks(robot, [file]), *pauses(robot, [file], chosen.segment))
     return Run(log, document, calibrate_options_as_dict(chosen), findings)
 
 

@@ -102,7 +102,7 @@ CASES = (
     ),
     _session("a picture", only(PNG), "UTF-8|not YAML"),
     _session("Latin-1", lambda data: data.replace(b"irma4", b"irm\xe4"), "UTF-8"),
-    _session("UTF-16", lambda data: data.decode().encode("utf-16"), "UTF-8"),
+    _session("UTF-16", lambda data: data.decode().encode("utf-16"), ":1: is UTF-16 text; save it"),
     _session("NUL inside", swap("robot: irma4", "robot: \0"), "."),
     _session("a robot file instead", only(b"name: irma4\ngravity_m_s2: 9.81\n"), HERE),
     _session("ten million lines", lambda data: data + b"\n" * TEN_MILLION, "over", big=True),
