@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "cdprcal/calibration/allow_for_effects.hpp"
+#include "cdprcal/calibration/initial_guess.hpp"
 #include "cdprcal/calibration/measurements.hpp"
 #include "cdprcal/calibration/multi_start.hpp"
 #include "cdprcal/calibration/other_minima.hpp"
@@ -119,6 +120,42 @@ Calibration fit_from(const std::vector<Pose>& guess, Calibration out,
   return out;
 }
 
+/// The rests of a prepared calibration and the sample that it starts from.
+Calibration without_motion(Calibration prepared) {
+  auto& measurements = prepared.problem.measurements;
+  measurements.erase(
+      std::remove_if(measurements.begin() + 1, measurements.end(),
+                     [](const Measurement& m) { return m.kind == PoseKind::kinematic_pose; }),
+      measurements.end());
+  prepared.kinematic_poses = measurements.front().kind == PoseKind::kinematic_pose ? 1 : 0;
+  return prepared;
+}
+
+Calibration fit(Calibration out, const CalibrateOptions& options);
+
+/// Where no start agrees: all poses from where the rests are, whose minima are fewer; without
+/// several of them from starts all over the workspace.
+void look_by_rests(const Calibration& prepared, const CalibrateOptions& options,
+                   CalibrationResult& found) {
+  const CalibrationProblem& problem = prepared.problem;
+  if (prepared.static_poses < kSeveral || prepared.kinematic_poses == 0) {
+    found = solve_from_anywhere(problem, options.solve, std::move(found));
+    return;
+  }
+  const CalibrationResult rests = fit(without_motion(prepared), options).result;
+  double solve_time_s = found.solve_time_s + rests.solve_time_s;
+  if (rests.status == CalibrationStatus::converged || rests.curved) {
+    CalibrationResult whole =
+        solve(problem,
+              measurement_guesses(problem.robot, problem.measurements, rests.poses.front(),
+                                  problem.effects, RestGuess::estimated, rests.poses),
+              options.solve);
+    solve_time_s += whole.solve_time_s;
+    if (whole.status != CalibrationStatus::not_converged) found = std::move(whole);
+  }
+  found.solve_time_s = solve_time_s;
+}
+
 /// A prepared calibration, solved; without words on it.
 Calibration fit(Calibration out, const CalibrateOptions& options) {
   const CalibrationProblem& problem = out.problem;
@@ -137,7 +174,7 @@ Calibration fit(Calibration out, const CalibrateOptions& options) {
   out.result = solve_from_starts(problem, initial, options.most_starts, options.solve, &ends);
   if (!initial && options.most_starts > 1 && !is_balanced(problem) &&
       out.result.status == CalibrationStatus::not_converged) {
-    out.result = solve_from_anywhere(problem, options.most_starts, options.solve, out.result);
+    look_by_rests(prepared, options, out.result);
   }
   const CalibrationResult first = out.result;
   refine_in_place(options, out);
@@ -186,18 +223,9 @@ Calibration fit_either(const Calibration& prepared, const CalibrateOptions& opti
   return balances ? there : out;
 }
 
-/// The rests of a prepared calibration and the sample that it starts from.
-Calibration without_motion(Calibration prepared) {
-  prepared.problem = without_motion(std::move(prepared.problem));
-  const Measurement& first = prepared.problem.measurements.front();
-  prepared.kinematic_poses = first.kind == PoseKind::kinematic_pose ? 1 : 0;
-  return prepared;
-}
-
 /// The same; by its rests alone where the moments in motion contradict them: where one sensor is
 /// late they do so while the platform moves, and nowhere else.
 Calibration fit_rests_at_least(const Calibration& prepared, const CalibrateOptions& options) {
-  constexpr int kSeveral = 4;  // rests, which contradict one another too where a map is wrong
   Calibration out = fit_either(prepared, options);
   if (out.result.status != CalibrationStatus::not_converged || options.method != Method::unified ||
       prepared.static_poses < kSeveral || options.guess.size() > 1 ||

@@ -287,7 +287,7 @@ std::vector<Pose> spread_guesses(const Robot& robot, const Measurement& referenc
 std::vector<Pose> measurement_guesses(const Robot& given,
                                       const std::vector<Measurement>& measurements,
                                       const Pose& reference_guess, const ActiveEffects& effects,
-                                      RestGuess rests) {
+                                      RestGuess rests, const std::vector<Pose>& known) {
   const Robot robot = with_effects(given, effects);
   const PlatformState initial = platform_state(robot, reference_guess);
   if (!initial.valid) return std::vector<Pose>(measurements.size(), reference_guess);
@@ -297,9 +297,14 @@ std::vector<Pose> measurement_guesses(const Robot& given,
   const AbsoluteReadings reference =
       without_effects(robot, effects, measurements.front(), reference_guess);
   std::vector<Pose> guesses{reference_guess};
+  std::size_t taken = 1;  // of those known, the reference
   for (std::size_t i = 1; i < measurements.size(); ++i) {
     const Measurement& m = measurements[i];
     Pose pose = guesses.back();
+    if (m.kind == PoseKind::static_pose && taken < known.size()) {
+      guesses.push_back(known[taken++]);
+      continue;
+    }
     if (rests == RestGuess::ideal && m.kind == PoseKind::static_pose) {
       auto ideal = ideal_pose(robot, m, effects, pose);
       if (!ideal && !m.tension_N.array().isFinite().any()) {

@@ -46,12 +46,14 @@ std::optional<Pose> hanging_near(const Robot& robot, const Pose& pose);
 
 /// Poses of all measurements from a guess of ζ0. In motion, and at rest if asked for or where no
 /// tensions hold the platform, steps 1–3 of §3.3: l0, σ0 and χ0 follow from ζ0, the changes are
-/// added, and each pose is estimated from its neighbour's in the list.
+/// added, and each pose is estimated from its neighbour's in the list. `known`: the poses of the
+/// reference and of all rests, where they are.
 std::vector<Pose> measurement_guesses(const Robot& robot,
                                       const std::vector<Measurement>& measurements,
                                       const Pose& reference_guess,
                                       const ActiveEffects& effects = {},
-                                      RestGuess rests = RestGuess::estimated);
+                                      RestGuess rests = RestGuess::estimated,
+                                      const std::vector<Pose>& known = {});
 
 /// The same problem with a platform that tilts and turns little, as one that is led between poses
 /// does: where nothing reads roll, pitch or yaw, every pose keeps near the attitude of `reference`.

@@ -58,9 +58,8 @@ std::vector<Start> starts_of(const CalibrationProblem& problem, int most_starts)
   return starts;
 }
 
-constexpr int kSpread = 24;           // guesses all over the workspace
-constexpr std::size_t kFewRests = 4;  // as many tell minima apart
-constexpr int kFewSteps = 100;        // near a minimum a stage takes ten
+constexpr int kSpread = 24;     // guesses all over the workspace
+constexpr int kFewSteps = 100;  // near a minimum a stage takes ten
 
 bool is_unfinished(const CalibrationResult& result) {
   return result.status == CalibrationStatus::not_converged && result.iterations >= kFewSteps &&
@@ -95,17 +94,6 @@ CalibrationResult solve_from(const CalibrationProblem& problem, const Start& sta
   CalibrationResult result = solve_briefly(problem, guesses, options);
   result.solve_time_s += solve_time_s;
   return result;
-}
-
-/// Poses of all measurements, those at rest (and the first) given.
-std::vector<Pose> all_poses(const CalibrationProblem& problem, const std::vector<Pose>& at_rest) {
-  std::vector<Pose> out =
-      measurement_guesses(problem.robot, problem.measurements, at_rest.front(), problem.effects);
-  for (std::size_t i = 0, next = 0; i < out.size(); ++i) {
-    const bool rests = i == 0 || problem.measurements[i].kind == PoseKind::static_pose;
-    if (rests) out[i] = at_rest[next++];
-  }
-  return out;
 }
 
 }  // namespace
@@ -151,41 +139,6 @@ CalibrationResult solve_from_starts(const CalibrationProblem& problem,
   return best;
 }
 
-CalibrationProblem without_motion(CalibrationProblem problem) {
-  auto& measurements = problem.measurements;
-  measurements.erase(
-      std::remove_if(measurements.begin() + 1, measurements.end(),
-                     [](const Measurement& m) { return m.kind == PoseKind::kinematic_pose; }),
-      measurements.end());
-  return problem;
-}
-
-CalibrationResult solve_from_anywhere(const CalibrationProblem& problem, int most_starts,
-                                      const SolveOptions& options, CalibrationResult nowhere) {
-  const CalibrationProblem still = without_motion(problem);
-  const bool moves = still.measurements.size() < problem.measurements.size();
-  const CalibrationProblem& part = still.measurements.size() >= kFewRests ? still : problem;
-  CalibrationResult best = std::move(nowhere);
-  const auto try_from = [&](const CalibrationResult& end) {
-    if (!fits(end)) return false;
-    CalibrationResult whole =
-        &part == &problem ? end : solve(problem, all_poses(problem, end.poses), options);
-    whole.solve_time_s += best.solve_time_s;
-    if (better(whole, best)) best = std::move(whole);
-    return best.status == CalibrationStatus::converged;
-  };
-  if (moves && &part == &still &&
-      try_from(solve_from_starts(part, std::nullopt, most_starts, options))) {
-    return best;
-  }
-  for (const Pose& guess : spread_guesses(problem.robot, part.measurements.front(), kSpread)) {
-    CalibrationResult end = solve_from(part, {guess, RestGuess::estimated}, options);
-    best.solve_time_s += end.solve_time_s;
-    if (try_from(end)) break;
-  }
-  return best;
-}
-
 std::vector<CalibrationResult> minima_from_starts(const CalibrationProblem& problem,
                                                   int most_starts, const SolveOptions& options,
                                                   std::vector<CalibrationResult> ends) {
@@ -210,6 +163,22 @@ std::vector<CalibrationResult> minima_from_starts(const CalibrationProblem& prob
       [](const CalibrationResult& a, const CalibrationResult& b) { return a.cost < b.cost; });
   if (!out.empty()) out.front().solve_time_s = solve_time_s;
   return out;
+}
+
+CalibrationResult solve_from_anywhere(const CalibrationProblem& problem,
+                                      const SolveOptions& options, CalibrationResult nowhere) {
+  CalibrationResult best = std::move(nowhere);
+  for (const Pose& guess : spread_guesses(problem.robot, problem.measurements.front(), kSpread)) {
+    CalibrationResult end = solve_from(problem, {guess, RestGuess::estimated}, options);
+    end.solve_time_s += best.solve_time_s;
+    if (better(end, best)) {
+      best = std::move(end);
+    } else {
+      best.solve_time_s = end.solve_time_s;
+    }
+    if (fits(best)) break;
+  }
+  return best;
 }
 
 }  // namespace cdprcal

@@ -18,14 +18,10 @@ CalibrationResult solve_from_starts(const CalibrationProblem& problem,
                                     const SolveOptions& options,
                                     std::vector<CalibrationResult>* ends = nullptr);
 
-/// The same once more where no minimum agreed with the readings (`nowhere`): by the rests alone,
-/// whose minima are fewer, and from guesses of ζ0 all over the workspace; all poses from where the
-/// rests are. The better of both.
-CalibrationResult solve_from_anywhere(const CalibrationProblem& problem, int most_starts,
+/// The same once more where no minimum agreed with the readings (`nowhere`): from guesses of ζ0 all
+/// over the workspace. The best of all.
+CalibrationResult solve_from_anywhere(const CalibrationProblem& problem,
                                       const SolveOptions& options, CalibrationResult nowhere);
-
-/// The rests of a problem, and the measurement that it starts from.
-CalibrationProblem without_motion(CalibrationProblem problem);
 
 /// What `most_starts` of these starts end in, trusted or not: one of each place, the lowest cost
 /// first. `ends`: of the first starts, which are not solved again. solve_time_s of the first is

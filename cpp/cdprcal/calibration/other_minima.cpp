@@ -91,7 +91,6 @@ double nats_of(const Calibration& c) {
 /// than the specified noise. Of moments in motion alone the right one may be none of the minima
 /// found.
 bool noise_tells(const CalibrateOptions& options, const Calibration& c) {
-  constexpr int kSeveral = 4;
   return noise_source(options) == NoiseSource::from_data && c.static_poses >= kSeveral;
 }
 

@@ -7,6 +7,9 @@
 
 namespace cdprcal {
 
+/// Rests that tell minima apart, and contradict one another where a map is wrong.
+inline constexpr int kSeveral = 4;
+
 /// Whether a fit may stand at a wrong minimum: poses misfit a geometric reading by more than it
 /// scatters, which a wrong model does as well; or nothing says how much it may.
 bool looks_wrong(const Calibration& calibration);

@@ -120,7 +120,9 @@ void leave_independent_moments(const CalibrateOptions& options, Calibration& cal
   next.result = solve(next.problem, poses, options.solve);
   next.result.solve_time_s += solve_time_s;
   refine_in_place(options, next);
-  if (next.result.status == CalibrationStatus::converged) {
+  // What is left holds as much as all: where that does not say how well the pose is known, neither
+  // do all of them.
+  if (next.result.status == CalibrationStatus::converged || next.result.curved) {
     calibration = std::move(next);
   } else if (calibration.result.covariance) {
     // Too few alone: all of them, and no more sure than as many as are independent.
