@@ -11,6 +11,7 @@
 #include "cdprcal/evidence/model_average.hpp"
 #include "cdprcal/motion/calibrate_in_motion.hpp"
 #include "cdprcal/readings/lengths.hpp"
+#include "cdprcal/statistics.hpp"
 #include "cdprcal/text.hpp"
 
 namespace cdprcal {
@@ -51,6 +52,10 @@ void add_signs(const std::string& fault, const std::vector<std::string>& names,
     }
     out.push_back({fault, "sign", std::move(signs), before + list + after});
   }
+}
+
+DiscreteFault in_millimetres() {
+  return {"length_unit", "factor", {1e-3}, "the lengths are in millimetres"};
 }
 
 /// Load cells most of whose readings are negative, as if cables pushed.
@@ -163,6 +168,32 @@ bool shrinks_in_vain(const Log& before, const Log& after) {
     shrinks = true;
   }
   return shrinks;
+}
+
+/// Whether most lengths change by many times a robot's size: whatever the map, they are in another
+/// unit. Spikes are few.
+bool are_too_long(const Robot& robot, const Log& log) {
+  constexpr double kTimes = 10.0;
+  const LogMatrix* const lengths = read_lengths(log);
+  if (lengths == nullptr) return false;
+  std::vector<double> changes_m;
+  for (const auto& column : lengths->colwise()) {
+    std::vector<double> read_m;
+    std::ranges::copy_if(column, std::back_inserter(read_m), [](double m) { return m == m; });
+    const double middle_m = median(read_m);
+    for (const double m : read_m) changes_m.push_back(std::abs(m - middle_m));
+  }
+  return median(std::move(changes_m)) > kTimes * robot_size_m(robot);
+}
+
+/// Whether load cells say, beyond their noise, that cables push: no map of the others mends that.
+bool push(const Robot& robot, const Log& log) {
+  constexpr double kSigmas = 3.0;
+  return std::ranges::any_of(log.tension_N.colwise(), [&](const auto& cell) {
+    const auto read = cell.array().isFinite();
+    const auto count = static_cast<double>(read.count());
+    return read.select(cell.array(), 0.0).sum() < -kSigmas * robot.sigma.tension_N * count;
+  });
 }
 
 /// Root mean square of what was read.
@@ -319,7 +350,7 @@ std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
     }
   }
   if (read_lengths(log) != nullptr) {
-    out.push_back({"length_unit", "factor", {1e-3}, "the lengths are in millimetres"});
+    out.push_back(in_millimetres());
   }
   // values: factor of swivels, factor of attitude
   out.push_back({"angle_unit", "factor", {kDegree, 1.0}, "the swivel angles are in degrees"});
@@ -494,7 +525,7 @@ class Trials {
       if (shrinks_in_vain(*moving_, moving)) return std::nullopt;
       robot.sigma = with_sigma_in_motion(robot, moving).sigma;
     }
-    if (silences(robot, log_, log)) return std::nullopt;
+    if (silences(robot, log_, log) || push(robot, log)) return std::nullopt;
     // The right one comes down from the first start in a few steps, and leaves no readings out.
     Trial trial = try_map(robot, log, at_s_, 1, most_iterations);
     if (!trial.says_enough || trial.spare <= 0) return std::nullopt;
@@ -640,6 +671,17 @@ std::vector<DiscreteFault> find_discrete_faults(Robot& robot, Log& log, bool mot
   const bool moving = motion && !(log.tension_N.cols() > 0 && rests(robot, log));
   std::vector<DiscreteFault> faults;
   if (!go_on("discrete faults: signs, order, units, conventions")) return faults;
+  if (are_too_long(robot, log)) {  // of which no fit says anything
+    const DiscreteFault unit = in_millimetres();
+    Log in_metres = log;
+    set_right(unit, robot, in_metres);
+    if (!are_too_long(robot, in_metres) && !silences(robot, log, in_metres)) {
+      log = std::move(in_metres);
+      faults.push_back(unit);
+      if (!go_on("found: " + unit.text)) return faults;
+    }
+  }
+  const std::size_t known = faults.size();
   bool contradicted = true;
   if (!moving) {
     const Trial as_given = try_map(robot, log, {}, kAllStarts);
@@ -659,12 +701,12 @@ std::vector<DiscreteFault> find_discrete_faults(Robot& robot, Log& log, bool mot
   if (!trials.agrees() && as_read.may_hold_two()) {
     Trials pairs = as_read;
     if (pairs.consider_pairs(go_on) && pairs.found() && pairs.agrees()) {
-      faults.clear();
+      faults.resize(known);
       pairs.take(faults);
       trials = std::move(pairs);
     }
   }
-  for (const DiscreteFault& fault : faults) set_right(fault, robot, log);
+  for (std::size_t k = known; k < faults.size(); ++k) set_right(faults[k], robot, log);
   if (moving) {
     if (const std::optional<DiscreteFault> fault = fault_of_balance(trials, robot, log)) {
       set_right(*fault, robot, log);

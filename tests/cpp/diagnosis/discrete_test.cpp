@@ -97,6 +97,87 @@ TEST_F(Discrete, WhatTheRobotFileListsIsSetRightOnceAndNotFoundAgain) {
   EXPECT_EQ(faults[0].name, "length_unit");
 }
 
+TEST_F(Discrete, LengthsOfNoRobotAreInMillimetresWhateverTheirFitSays) {
+  Log lengths = log;
+  lengths.tension_N.resize(log.time_s.size(), 0);
+  lengths.swivel_rad.resize(log.time_s.size(), 0);
+  lengths.roll_pitch_yaw_rad.resize(log.time_s.size(), 0);
+  lengths.length_m *= 1e3;
+  Robot as_is = robot;
+  const auto faults = find_discrete_faults(as_is, lengths);
+  ASSERT_FALSE(faults.empty());
+  EXPECT_EQ(faults[0].name, "length_unit");
+  EXPECT_LT(lengths.length_m.cwiseAbs().maxCoeff(), 10.0);  // the log is set right
+
+  // Nor do a few numbers beyond any robot make a unit.
+  Log spiked = log;
+  for (Eigen::Index row = 0; row < spiked.length_m.rows(); row += 50) {
+    spiked.length_m.row(row).setConstant(1e5);
+  }
+  for (const DiscreteFault& fault : find_discrete_faults(as_is, spiked)) {
+    EXPECT_NE(fault.name, "length_unit");
+  }
+}
+
+TEST_F(Discrete, WhereCablesWouldPushALoadCellIsReversedAndNoCableElsewhere) {
+  // Of a point that four cables hold from all sides another order fits as well, pushed.
+  constexpr double kNoise_N = 1.0;
+  Robot point;
+  point.name = "point";
+  point.platform.motion = Motion::t2;
+  point.platform.mass_kg = 5.0;
+  point.platform.motion_plane_normal = Vector3::UnitY();
+  point.tension_min_N = 5.0;
+  point.tension_max_N = 400.0;
+  for (const Vector3& at : {Vector3(-1.0, 0.0, -1.0), Vector3(1.0, 0.0, -1.0),
+                            Vector3(1.0, 0.0, 1.0), Vector3(-1.0, 0.0, 1.0)}) {
+    Cable cable;
+    cable.pulley.position_m = at;
+    cable.pulley.axes_world << Vector3::UnitX(), Vector3::UnitY().cross(Vector3::UnitX()),
+        Vector3::UnitY();
+    point.cables.push_back(cable);
+  }
+  point.sigma.length_m = 1e-3;
+  point.sigma.tension_N = kNoise_N;
+  finalise(point);
+  RandomNormal random(5);
+  constexpr int kRests = 8;
+  Log reversed;
+  reversed.source = "reversed";
+  reversed.time_s = Eigen::VectorXd::LinSpaced(kRests, 0.0, 10.0 * (kRests - 1));
+  reversed.length_m.resize(kRests, 4);
+  reversed.tension_N.resize(kRests, 4);
+  for (int i = 0; i < kRests; ++i) {
+    Pose pose;
+    pose.position_m =
+        Vector3(0.4 * random.uniform() - 0.2 + 0.1 * i - 0.35, 0.0, 0.8 * random.uniform() - 0.4);
+    const PlatformState state = platform_state(point, pose);
+    // Whatever pulls beside the weight is held by all four.
+    const Eigen::Matrix<double, 2, 4> pull = [&] {
+      Eigen::Matrix<double, 2, 4> out;
+      for (std::size_t c = 0; c < 4; ++c) {
+        const Vector3& direction = state.cable[c].direction;
+        out.col(static_cast<Eigen::Index>(c)) << -direction.x(), -direction.z();
+      }
+      return out;
+    }();
+    const Eigen::Vector2d weight_N(0.0, point.weight_N());
+    Eigen::Vector4d tension_N = Eigen::Vector4d::Constant(60.0);
+    tension_N +=
+        pull.transpose() * (pull * pull.transpose()).inverse() * (weight_N - pull * tension_N);
+    for (int c = 0; c < 4; ++c) {
+      reversed.length_m(i, c) = state.length_m()[c] + 1e-3 * random();
+      reversed.tension_N(i, c) = -tension_N[c] + kNoise_N * random();
+    }
+  }
+  ASSERT_LT(reversed.tension_N.maxCoeff(), 0.0);
+  reversed.length_m.rowwise() -= reversed.length_m.row(0).eval();
+  const auto faults = find_discrete_faults(point, reversed);
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_EQ(faults[0].name, "tension_sign");
+  EXPECT_GT(reversed.tension_N.minCoeff(), 0.0);
+}
+
 TEST_F(Discrete, AFaultIsFoundInThreeRests) {
   std::vector<CableVector> setpoints = default_setpoints(robot, 2, 2, 2);
   setpoints.resize(3);
