@@ -221,5 +221,40 @@ TEST_F(Baseline, ALogThatBeginsInMotionHasOneSampleThenItsRests) {
   }
 }
 
+TEST(BaselineInMotion, MomentsThatShareTheirErrorsWithTheirNeighboursAreFewer) {
+  // Encoders alone of eight cables that never rest.
+  const Robot robot = load_robot("posts8");
+  const auto moments_where = [&](double shared, double own) {
+    constexpr int kSamples = 1200;
+    constexpr double kNoise_m = 2e-3, kOften = 0.05;
+    RandomNormal random(3);
+    Log log;
+    log.source = "moving";
+    log.time_s = 0.1 * Eigen::VectorXd::LinSpaced(kSamples, 0.0, kSamples - 1.0);
+    log.length_m.resize(kSamples, robot.cable_count());
+    for (int i = 0; i < kSamples; ++i) {
+      const double t = log.time_s[i];
+      Pose pose;
+      pose.position_m = Vector3(0.4 * std::sin(0.11 * t), 0.4 * std::sin(0.17 * t + 1.0),
+                                1.0 + 0.3 * std::sin(0.13 * t + 2.0));
+      pose.rotation = exp_so3(
+          0.2 * Vector3(std::sin(0.19 * t), std::sin(0.23 * t + 1.0), std::sin(0.29 * t + 2.0)));
+      const CableVector length_m = platform_state(robot, pose).length_m();
+      for (int c = 0; c < robot.cable_count(); ++c) {
+        const double slow = std::sqrt(2.0) * std::sin(2.0 * kPi * kOften * t + 1.7 * c);
+        log.length_m(i, c) = length_m[c] + kNoise_m * (shared * slow + own * random());
+      }
+    }
+    log.length_m.rowwise() -= log.length_m.row(0).eval();
+    std::vector<Log> logs{log};
+    std::vector<std::string> left_out;
+    return baseline_model(robot, logs, left_out).runs[0].measurements.size();
+  };
+  const std::size_t independent = moments_where(0.0, 1.0), alike = moments_where(1.0, 0.2);
+  EXPECT_GT(independent, 100U);
+  EXPECT_LT(3 * alike, 2 * independent);
+  EXPECT_GE(alike, 30U);  // enough to tell an effect
+}
+
 }  // namespace
 }  // namespace cdprcal
