@@ -17,8 +17,9 @@ namespace cdprcal {
 std::vector<Pose> reference_guesses(const Robot& robot, const Measurement& reference,
                                     const ActiveEffects& effects = {});
 
-/// More of them, evenly spread (Halton) from the pulleys down to twice as deep, and turned by up to
-/// 40° where nothing reads the yaw: for readings that no minimum agrees with from the best ones.
+/// More of them, evenly spread (Halton) from the pulleys down to twice their width, and turned by
+/// up to 40° where nothing reads the yaw: for readings that no minimum agrees with from the best
+/// ones.
 std::vector<Pose> spread_guesses(const Robot& robot, const Measurement& reference, int count);
 
 /// Absolute readings of one pose: what is NaN does not count.

@@ -168,16 +168,19 @@ std::vector<CalibrationResult> minima_from_starts(const CalibrationProblem& prob
 CalibrationResult solve_from_anywhere(const CalibrationProblem& problem,
                                       const SolveOptions& options, CalibrationResult nowhere) {
   CalibrationResult best = std::move(nowhere);
+  double solve_time_s = best.solve_time_s;
+  bool moved = false;
   for (const Pose& guess : spread_guesses(problem.robot, problem.measurements.front(), kSpread)) {
     CalibrationResult end = solve_from(problem, {guess, RestGuess::estimated}, options);
-    end.solve_time_s += best.solve_time_s;
-    if (better(end, best)) {
-      best = std::move(end);
-    } else {
-      best.solve_time_s = end.solve_time_s;
-    }
+    solve_time_s += end.solve_time_s;
+    if (!better(end, best)) continue;
+    best = std::move(end);
+    moved = true;
     if (fits(best)) break;
   }
+  solve_time_s -= best.solve_time_s;
+  if (moved) best = finished(problem, best, options);
+  best.solve_time_s += solve_time_s;
   return best;
 }
 

@@ -1,6 +1,7 @@
 #include "cdprcal/calibration/shared_errors.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <span>
 
 #include "cdprcal/estimation/keep_one_of.hpp"
@@ -84,6 +85,12 @@ double moments_a_reading(const std::vector<PoseResidual>& residuals,
     worth += 2.0 * rho;
   }
   return worth;
+}
+
+double moments_a_reading(const std::vector<PoseResidual>& residuals, std::size_t last) {
+  std::vector<std::size_t> moments(last);
+  std::iota(moments.begin(), moments.end(), residuals.size() - last);
+  return moments_a_reading(residuals, moments);
 }
 
 void leave_independent_moments(const CalibrateOptions& options, Calibration& calibration) {

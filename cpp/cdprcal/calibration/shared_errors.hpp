@@ -11,6 +11,9 @@ namespace cdprcal {
 double moments_a_reading(const std::vector<PoseResidual>& residuals,
                          const std::vector<std::size_t>& moments);
 
+/// The same of the last so many.
+double moments_a_reading(const std::vector<PoseResidual>& residuals, std::size_t last);
+
 /// Counts what moments in motion share for one reading: of so many as are worth one, one stays in
 /// the problem, which is fitted and refined again; where those show no pose the covariance grows
 /// instead. As it was without noise from data, and where they are independent.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/calibration/refine.hpp"
@@ -66,13 +65,6 @@ Calibration start_of(const Robot& robot, const Log& log, bool motion) {
   return calibrate(robot, log, options);
 }
 
-/// How many of a calibration's moments, all but the reference, are worth one independent reading.
-double shared_by_moments(const Calibration& calibration) {
-  std::vector<std::size_t> moments(calibration.problem.measurements.size() - 1);
-  std::iota(moments.begin(), moments.end(), std::size_t{1});
-  return moments_a_reading(calibration.result.residuals, moments);
-}
-
 /// Poses of a log as a run with its calibrated start; and how its samples come.
 DiagnosisRun run_from(const Robot& robot, const Log& log, bool motion,
                       std::vector<std::string>& left_out, Signals& signals) {
@@ -98,8 +90,12 @@ DiagnosisRun run_from(const Robot& robot, const Log& log, bool motion,
                        "still");
   }
   const auto moments = static_cast<std::size_t>(calibration.kinematic_poses);
-  if (start.in_motion) thin_out(run, moments, start.moments_a_reading);
-  if (!start.in_motion && moments > 1) thin_out(run, moments - 1, shared_by_moments(calibration));
+  if (start.in_motion) {
+    thin_out(run, moments, start.moments_a_reading);
+  } else if (moments > 1) {  // no rest tells, and the first is the reference
+    const std::size_t later = moments - 1;
+    thin_out(run, later, moments_a_reading(calibration.result.residuals, later));
+  }
   run.known = calibration.problem.effects;
   // What the calibration found to make its path by is still to be named.
   std::erase_if(run.known, [&](const ActiveEffect& active) {

@@ -180,10 +180,11 @@ bool are_too_long(const Robot& robot, const Log& log) {
   for (const auto& column : lengths->colwise()) {
     std::vector<double> read_m;
     std::ranges::copy_if(column, std::back_inserter(read_m), [](double m) { return m == m; });
+    if (read_m.empty()) continue;
     const double middle_m = median(read_m);
     for (const double m : read_m) changes_m.push_back(std::abs(m - middle_m));
   }
-  return median(std::move(changes_m)) > kTimes * robot_size_m(robot);
+  return !changes_m.empty() && median(std::move(changes_m)) > kTimes * robot_size_m(robot);
 }
 
 /// Whether load cells say, beyond their noise, that cables push: no map of the others mends that.

@@ -4,7 +4,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "cdprcal/calibration/allow_for_effects.hpp"
@@ -230,11 +229,8 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving, const
 
 /// Of the moments of a calibration in motion, which come last.
 double shared_by_moments(const InMotion& found) {
-  const std::vector<PoseResidual>& residuals = found.calibration.result.residuals;
-  const auto moments = static_cast<std::size_t>(found.calibration.kinematic_poses);
-  std::vector<std::size_t> which(moments);
-  std::iota(which.begin(), which.end(), residuals.size() - moments);
-  return moments_a_reading(residuals, which);
+  return moments_a_reading(found.calibration.result.residuals,
+                           static_cast<std::size_t>(found.calibration.kinematic_poses));
 }
 
 /// What an error of the initial pose grows by where as many moments are worth one: √worth, and less

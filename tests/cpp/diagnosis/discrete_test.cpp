@@ -109,6 +109,14 @@ TEST_F(Discrete, LengthsOfNoRobotAreInMillimetresWhateverTheirFitSays) {
   EXPECT_EQ(faults[0].name, "length_unit");
   EXPECT_LT(lengths.length_m.cwiseAbs().maxCoeff(), 10.0);  // the log is set right
 
+  // Encoders of which one, or none, reads anything are no reason to look at units.
+  for (const bool any : {true, false}) {
+    Log missing = log;
+    missing.length_m.rightCols(any ? 1 : missing.length_m.cols()).setConstant(kNaN);
+    for (const DiscreteFault& fault : find_discrete_faults(as_is, missing)) {
+      EXPECT_NE(fault.name, "length_unit");
+    }
+  }
   // Nor do a few numbers beyond any robot make a unit.
   Log spiked = log;
   for (Eigen::Index row = 0; row < spiked.length_m.rows(); row += 50) {
