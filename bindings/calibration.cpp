@@ -340,7 +340,8 @@ void register_calibration_options(py::module_& module) {
           "the initial pose. at_s: times of the poses [s], the first is the reference; empty: automatic. segment: "
           "which is the run, from 0; -1 the last. kinematic_spacing_s: between samples that count "
           "as poses of their own. guess: one Pose a pose, or only ζ0; empty: automatic. most_starts: "
-          "guesses of ζ0 to try while no minimum agrees with the readings.")
+          "guesses of ζ0 to try while no minimum agrees with the readings; without load cells the "
+          "rests alone and guesses all over the workspace follow (1: neither).")
       .def_readwrite("method", &CalibrateOptions::method)
       .def_readwrite("formulation", &CalibrateOptions::formulation)
       .def_readwrite("noise", &CalibrateOptions::noise)

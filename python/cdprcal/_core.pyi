@@ -2603,7 +2603,7 @@ class CalibrateOptions:
         most_starts: typing.SupportsInt | typing.SupportsIndex = 8,
     ) -> None:
         """
-        noise: where the weights come from; None: from_data for the full formulation, specified for the paper's. allow_for_effects: count in σ what effects that nobody named may do to the initial pose. at_s: times of the poses [s], the first is the reference; empty: automatic. segment: which is the run, from 0; -1 the last. kinematic_spacing_s: between samples that count as poses of their own. guess: one Pose a pose, or only ζ0; empty: automatic. most_starts: guesses of ζ0 to try while no minimum agrees with the readings.
+        noise: where the weights come from; None: from_data for the full formulation, specified for the paper's. allow_for_effects: count in σ what effects that nobody named may do to the initial pose. at_s: times of the poses [s], the first is the reference; empty: automatic. segment: which is the run, from 0; -1 the last. kinematic_spacing_s: between samples that count as poses of their own. guess: one Pose a pose, or only ζ0; empty: automatic. most_starts: guesses of ζ0 to try while no minimum agrees with the readings; without load cells the rests alone and guesses all over the workspace follow (1: neither).
         """
 
     @property

@@ -29,7 +29,9 @@ struct CalibrateOptions {
   int segment = -1;          ///< which segment is the run, from 0; −1: the last
   double kinematic_spacing_s = 1.0;  ///< between samples that count as poses of their own
   std::vector<Pose> guess;           ///< one a pose, or only ζ0; empty: automatic
-  int most_starts = 8;  ///< guesses of ζ0 to try while no minimum agrees with the readings
+  /// Guesses of ζ0 to try while no minimum agrees with the readings; without load cells the rests
+  /// alone and guesses all over the workspace follow (1: neither).
+  int most_starts = 8;
   DetectionOptions detection;
   SolveOptions solve;
 };
