@@ -138,11 +138,13 @@ Calibration fit(Calibration out, const CalibrateOptions& options);
 void look_by_rests(const Calibration& prepared, const CalibrateOptions& options,
                    CalibrationResult& found) {
   const CalibrationProblem& problem = prepared.problem;
-  if (prepared.static_poses < kSeveral || prepared.kinematic_poses == 0) {
+  Calibration still = without_motion(prepared);
+  const bool moves = still.problem.measurements.size() < problem.measurements.size();
+  if (!moves || prepared.static_poses < kSeveral) {
     found = solve_from_anywhere(problem, options.solve, std::move(found));
     return;
   }
-  const CalibrationResult rests = fit(without_motion(prepared), options).result;
+  const CalibrationResult rests = fit(std::move(still), options).result;
   double solve_time_s = found.solve_time_s + rests.solve_time_s;
   if (rests.status == CalibrationStatus::converged || rests.curved) {
     CalibrationResult whole =

@@ -270,14 +270,14 @@ std::vector<Pose> spread_guesses(const Robot& robot, const Measurement& referenc
   constexpr double kTurned_rad = 40.0 * kDegree;
   const auto [low, high] = pulley_box(robot);
   const Vector3 span = high - low, middle = 0.5 * (low + high);
+  const double deepest_m = kDeep * usual_depth_m(robot);
   const bool heads = std::isfinite(reference.absolute_yaw_rad);
   std::vector<Pose> guesses;
   for (int k = 1; static_cast<int>(guesses.size()) < count && k <= 2 * count; ++k) {
-    const auto share = [k](int base) { return radical_inverse(k, base) - 0.5; };
-    const double down = kDeep * usual_depth_m(robot) * (share(5) + 0.5);
-    const Vector3 at(middle.x() + share(2) * span.x(), middle.y() + share(3) * span.y(),
-                     high.z() - down);
-    const double yaw_rad = heads ? reference.absolute_yaw_rad : 2.0 * kTurned_rad * share(7);
+    const auto off_middle = [k](int base) { return radical_inverse(k, base) - 0.5; };
+    const Vector3 at(middle.x() + off_middle(2) * span.x(), middle.y() + off_middle(3) * span.y(),
+                     high.z() - deepest_m * radical_inverse(k, 5));
+    const double yaw_rad = heads ? reference.absolute_yaw_rad : 2.0 * kTurned_rad * off_middle(7);
     const Pose pose = on_motion(robot, {at, measured_attitude(robot, reference, yaw_rad)});
     if (platform_state(robot, pose).valid) guesses.push_back(pose);
   }

@@ -29,7 +29,7 @@ bool fits(const CalibrationResult& result) {
 struct Start {
   Pose reference;
   RestGuess rests = RestGuess::estimated;
-  bool elsewhere = true;  ///< another ζ0 than the one before
+  bool elsewhere = true;  ///< another ζ0 than the one before: that both agree says something
 };
 
 std::vector<Start> starts_of(const CalibrationProblem& problem, int most_starts) {
@@ -96,6 +96,32 @@ CalibrationResult solve_from(const CalibrationProblem& problem, const Start& sta
   return result;
 }
 
+/// The best of what starts end in, and of an end that is known.
+CalibrationResult best_from(const CalibrationProblem& problem, const std::vector<Start>& starts,
+                            const SolveOptions& options, std::optional<CalibrationResult> best,
+                            std::vector<CalibrationResult>* ends = nullptr) {
+  double solve_time_s = best ? best->solve_time_s : 0.0;
+  bool is_new = false;
+  for (const Start& start : starts) {
+    CalibrationResult result = solve_from(problem, start, options);
+    solve_time_s += result.solve_time_s;
+    if (ends) ends->push_back(result);
+    const bool again = best && start.elsewhere && same_minimum(result, *best);
+    if (!best || better(result, *best)) {
+      best = std::move(result);
+      is_new = true;
+    }
+    // A good minimum ends the search, and so does a bad one that two starts agree on; too few
+    // readings would fail the same way from anywhere.
+    if (again || fits(*best)) break;
+    if (best->poses.empty() && best->iterations == 0) break;
+  }
+  solve_time_s -= best->solve_time_s;
+  if (is_new) best = finished(problem, *best, options);
+  best->solve_time_s += solve_time_s;
+  return *std::move(best);
+}
+
 }  // namespace
 
 bool same_minimum(const CalibrationResult& a, const CalibrationResult& b) {
@@ -116,27 +142,18 @@ CalibrationResult solve_from_starts(const CalibrationProblem& problem,
                                     const std::optional<Pose>& initial, int most_starts,
                                     const SolveOptions& options,
                                     std::vector<CalibrationResult>* ends) {
-  const std::vector<Start> starts =
-      initial ? std::vector<Start>{{*initial}} : starts_of(problem, most_starts);
-  CalibrationResult best;
-  double solve_time_s = 0.0;
-  bool first = true;
-  for (const Start& start : starts) {
-    CalibrationResult result = solve_from(problem, start, options);
-    solve_time_s += result.solve_time_s;
-    if (ends) ends->push_back(result);
-    const bool again = !first && start.elsewhere && same_minimum(result, best);
-    if (first || better(result, best)) best = std::move(result);
-    first = false;
-    // A good minimum ends the search, and so does a bad one that two starts agree on; too few
-    // readings would fail the same way from anywhere.
-    if (again || fits(best)) break;
-    if (best.poses.empty() && best.iterations == 0) break;
+  return best_from(problem,
+                   initial ? std::vector<Start>{{*initial}} : starts_of(problem, most_starts),
+                   options, std::nullopt, ends);
+}
+
+CalibrationResult solve_from_anywhere(const CalibrationProblem& problem,
+                                      const SolveOptions& options, CalibrationResult nowhere) {
+  std::vector<Start> starts;
+  for (const Pose& guess : spread_guesses(problem.robot, problem.measurements.front(), kSpread)) {
+    starts.push_back({.reference = guess, .elsewhere = false});
   }
-  solve_time_s -= best.solve_time_s;
-  best = finished(problem, best, options);
-  best.solve_time_s += solve_time_s;
-  return best;
+  return best_from(problem, starts, options, std::move(nowhere));
 }
 
 std::vector<CalibrationResult> minima_from_starts(const CalibrationProblem& problem,
@@ -163,25 +180,6 @@ std::vector<CalibrationResult> minima_from_starts(const CalibrationProblem& prob
       [](const CalibrationResult& a, const CalibrationResult& b) { return a.cost < b.cost; });
   if (!out.empty()) out.front().solve_time_s = solve_time_s;
   return out;
-}
-
-CalibrationResult solve_from_anywhere(const CalibrationProblem& problem,
-                                      const SolveOptions& options, CalibrationResult nowhere) {
-  CalibrationResult best = std::move(nowhere);
-  double solve_time_s = best.solve_time_s;
-  bool moved = false;
-  for (const Pose& guess : spread_guesses(problem.robot, problem.measurements.front(), kSpread)) {
-    CalibrationResult end = solve_from(problem, {guess, RestGuess::estimated}, options);
-    solve_time_s += end.solve_time_s;
-    if (!better(end, best)) continue;
-    best = std::move(end);
-    moved = true;
-    if (fits(best)) break;
-  }
-  solve_time_s -= best.solve_time_s;
-  if (moved) best = finished(problem, best, options);
-  best.solve_time_s += solve_time_s;
-  return best;
 }
 
 }  // namespace cdprcal

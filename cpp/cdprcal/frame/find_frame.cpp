@@ -367,8 +367,8 @@ void search_again(Solved& s, Minima& found, int max_iterations) {
     }
     before = now;
     std::vector<FrameState> begin = std::move(found.each);
-    for (FrameState& state : begin) state.cost = frame_cost(s.problem, state);
     begin.push_back(s.state);
+    for (FrameState& state : begin) state.cost = frame_cost(s.problem, state);
     found = minima(s.problem, std::move(begin), true, max_iterations);
     if (found.each.empty()) return;
     s.state = found.each.front();

@@ -87,11 +87,16 @@ def _object(line: bytes) -> dict[str, Any] | None:
     """The object that a line is; None: it is none."""
     if not line.lstrip(b"\xef\xbb\xbf \t").startswith(b"{"):
         return None
+    held = parsed(line.decode("utf-8-sig", "replace"))
+    return held if isinstance(held, dict) else None
+
+
+def parsed(text: str | bytes) -> Any:
+    """What a text of JSON holds, its whole numbers as readings; None for one of something else."""
     try:
-        held = json.loads(line.decode("utf-8-sig", "replace"), parse_int=float)
+        return json.loads(text, parse_int=float)
     except (ValueError, RecursionError):
         return None
-    return held if isinstance(held, dict) else None
 
 
 def _flatten(name: str, value: Any, flat: Row, depth: int) -> None:

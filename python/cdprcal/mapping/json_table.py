@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ import numpy as np
 from cdprcal._core import InputError
 from cdprcal.io.files import read_bytes, refuse_many_lines, shown_path, shown_text
 from cdprcal.mapping.delimited import clock_column, is_number, number_in
-from cdprcal.mapping.json_lines import flat_row, table_of_rows
+from cdprcal.mapping.json_lines import flat_row, parsed, table_of_rows
 from cdprcal.mapping.nested import nested_table
 from cdprcal.mapping.raw import Column, RawTable
 from cdprcal.mapping.records import holds_records
@@ -32,9 +31,8 @@ def read_json_table(path: Path, head: bytes) -> RawTable | None:
     if not head.removeprefix(b"\xef\xbb\xbf").lstrip().startswith((b"{", b"[")):
         return None
     refuse_many_lines(path)
-    try:
-        held = json.loads(read_bytes(path), parse_int=float)
-    except (ValueError, RecursionError):
+    held = parsed(read_bytes(path))
+    if held is None:
         return None
     table = _table(path, held)
     if table is None and not holds_records(head):

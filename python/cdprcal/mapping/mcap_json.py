@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from cdprcal._core import InputError
 from cdprcal.io.files import read_bytes, shown_path, shown_text
 from cdprcal.mapping.bag import Messages
-from cdprcal.mapping.json_lines import flat_row
+from cdprcal.mapping.json_lines import flat_row, parsed
 from cdprcal.mapping.raw import RawTable
 
 
@@ -48,9 +47,6 @@ def read_mcap_json(path: Path) -> RawTable:
 
 def _numbers(data: bytes) -> dict[str, float]:
     """The numbers of a message by name; none of one that is no object."""
-    try:
-        held = json.loads(data, parse_int=float)
-    except (ValueError, RecursionError):
-        return {}
+    held = parsed(data)
     flat = flat_row(held) if isinstance(held, dict) else {}
     return {f".{key}": value for key, value in flat.items() if isinstance(value, float)}

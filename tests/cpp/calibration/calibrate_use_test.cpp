@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "../support/run.hpp"
 #include "../support/scenario.hpp"
 #include "cdprcal/calibration/calibrate.hpp"
 #include "cdprcal/error.hpp"
@@ -100,6 +101,19 @@ TEST_F(CalibrateUse, ALogThatDoesNotServeIsRefusedWithWhatToDo) {
   by_hand.at_s = {2.0, 12.0, 2.02};
   EXPECT_THAT(refusal(run->log, by_hand),
               HasSubstr("at: 2.020 s names a sample that is named already"));
+}
+
+TEST_F(CalibrateUse, ALogThatBeginsInMotionAndContradictsItselfIsSaidTo) {
+  // Nothing balances, and the reference is no rest: what it is sought by is not sought once more.
+  Log log = cut(run->log, 70, run->log.sample_count() - 70);
+  log.tension_N.resize(log.sample_count(), 0);
+  log.tension_setpoint_N.resize(log.sample_count(), 0);
+  log.length_m.col(0).swap(log.length_m.col(2));
+  log.length_m.col(1) *= -1.0;
+  const Calibration found = calibrate(robot, log);
+  EXPECT_EQ(found.result.status, CalibrationStatus::not_converged);
+  EXPECT_GE(found.static_poses, 4);
+  EXPECT_EQ(found.problem.measurements.front().kind, PoseKind::kinematic_pose);
 }
 
 TEST_F(CalibrateUse, PosesByHandAreTheSamplesNearestToTheirTimes) {
