@@ -4,7 +4,10 @@
 #include <numeric>
 #include <span>
 
+#include "cdprcal/decompositions.hpp"
+#include "cdprcal/estimation/assembly.hpp"
 #include "cdprcal/estimation/keep_one_of.hpp"
+#include "cdprcal/kinematics/motion.hpp"
 
 namespace cdprcal {
 
@@ -60,6 +63,42 @@ double alike_nearest_rests(const Calibration& calibration,
   return count > 0.0 ? all / count : 0.0;
 }
 
+constexpr std::size_t kFewest = 8;  // poses: fewer say nothing of their noise
+
+/// What moments in motion are wrong by may be what the rests around them are wrong by, and
+/// residuals hardly show it: most of an error goes into the pose, at each one another part. Along
+/// each freedom the platform is no better known than by the rests alone; at worst the moments are
+/// as many readings that say the same once more. Moments whose own noise is larger than a rest's,
+/// so that they weigh little, change nothing here.
+void widen_to_rests(Calibration& calibration) {
+  CalibrationResult& result = calibration.result;
+  if (!result.covariance) return;
+  CalibrationProblem rests = calibration.problem;
+  rests.measurements.clear();
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < result.poses.size(); ++i) {
+    const Measurement& m = calibration.problem.measurements[i];
+    if (i > 0 && m.kind == PoseKind::kinematic_pose) continue;
+    rests.measurements.push_back(m);
+    poses.push_back(result.poses[i]);
+  }
+  if (poses.size() < kFewest || poses.size() == result.poses.size()) return;
+  const double most = static_cast<double>(result.poses.size()) / static_cast<double>(poses.size());
+  Assembly assembly(rests, poses);
+  assembly.set_reference_errors(result.reference_errors);
+  assembly.poses().update_wrench_weights(1.0);
+  const TwistBasis basis = motion_basis(rests.robot);
+  // Of information, not of covariance: rests may tell nothing at all along a freedom.
+  const Eigen::MatrixXd told = assembly.reference_information().information;
+  const Eigen::MatrixXd stated = basis.transpose() * *result.covariance * basis;
+  const SymmetricEigen<Eigen::MatrixXd> share =
+      symmetric_eigen<Eigen::MatrixXd>(basis.transpose() * told * basis, stated.inverse());
+  const Eigen::VectorXd wider =
+      share.eigenvalues().cwiseMax(1.0 / most).cwiseMin(1.0).cwiseInverse();
+  const Eigen::MatrixXd directions = basis * share.eigenvectors();
+  *result.covariance = directions * wider.asDiagonal() * directions.transpose();
+}
+
 }  // namespace
 
 double moments_a_reading(const std::vector<PoseResidual>& residuals,
@@ -94,8 +133,7 @@ double moments_a_reading(const std::vector<PoseResidual>& residuals, std::size_t
 }
 
 void leave_independent_moments(const CalibrateOptions& options, Calibration& calibration) {
-  constexpr std::size_t kFewest = 8;  // poses that are left: fewer say nothing of their noise
-  constexpr double kSame = 0.99;      // of a correlation: beyond, a moment adds nothing
+  constexpr double kSame = 0.99;  // of a correlation: beyond, a moment adds nothing
   if (noise_source(options) != NoiseSource::from_data || !options.at_s.empty()) return;
   if (calibration.result.status != CalibrationStatus::converged) return;
   const auto& measurements = calibration.problem.measurements;
@@ -114,7 +152,7 @@ void leave_independent_moments(const CalibrateOptions& options, Calibration& cal
   const std::size_t fewest = rests < kFewest ? kFewest : 1;
   const double most = static_cast<double>(moments.size()) / static_cast<double>(fewest);
   const auto every = static_cast<std::size_t>(std::round(std::min(worth, most)));
-  if (every < 2) return;
+  if (every < 2) return widen_to_rests(calibration);
   Calibration next = calibration;
   std::vector<Pose>& poses = next.result.poses;
   keep_one_of(every, is_moment, next.problem.measurements);
@@ -135,6 +173,7 @@ void leave_independent_moments(const CalibrateOptions& options, Calibration& cal
     // Too few alone: all of them, and no more sure than as many as are independent.
     *calibration.result.covariance *= worth;
   }
+  widen_to_rests(calibration);
 }
 
 }  // namespace cdprcal

@@ -102,6 +102,59 @@ TEST(SharedErrors, WithTheRestsBesideLeaveHardlyAMoment) {
   EXPECT_GT(ratio.minCoeff(), 0.7) << ratio.transpose();
 }
 
+/// Encoders alone of eight cables at twelve rests of four seconds and on the ways between, ten
+/// readings a second. What a rest is wrong by passes linearly into what the next is.
+Log encoders_alone(const Robot& robot, double shared_m, double white_m, std::uint64_t seed) {
+  constexpr int kRests = 12, kRows = 40;
+  RandomNormal random(seed);
+  Eigen::Matrix<double, kRests, 6> places;
+  Eigen::MatrixXd errors_m(kRests, robot.cable_count());
+  for (double& value : places.reshaped()) value = 0.2 * std::clamp(random(), -2.0, 2.0);
+  for (double& value : errors_m.reshaped()) value = shared_m * random();
+  Log log;
+  log.source = "eight.csv";
+  const int count = (2 * kRests - 1) * kRows;
+  log.time_s = 0.1 * Eigen::VectorXd::LinSpaced(count, 0.0, count - 1.0);
+  log.length_m.resize(count, robot.cable_count());
+  for (int i = 0; i < count; ++i) {
+    const int from = i / (2 * kRows), to = std::min(from + 1, kRests - 1);
+    const double way = std::max(0.0, (i % (2 * kRows)) / static_cast<double>(kRows) - 1.0);
+    const Vector6 place = (1.0 - way) * places.row(from) + way * places.row(to);
+    Pose pose;
+    pose.position_m = Vector3(0.0, 0.0, 1.0) + place.head<3>();
+    pose.rotation = exp_so3(place.tail<3>());
+    log.length_m.row(i) = platform_state(robot, pose).length_m().transpose() +
+                          (1.0 - way) * errors_m.row(from) + way * errors_m.row(to);
+    for (double& value : log.length_m.row(i)) value += white_m * random();
+  }
+  log.length_m.rowwise() -= log.length_m.row(0).eval();
+  return log;
+}
+
+TEST(SharedErrors, OfMomentsMakeNoPoseSurerThanItsRestsDo) {
+  const Robot robot = load_robot("posts8");
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+    SCOPED_TRACE(seed);
+    const Calibration whole = calibrate(robot, encoders_alone(robot, 5e-4, 5e-4, seed));
+    ASSERT_EQ(whole.result.status, CalibrationStatus::converged) << whole.result.reason;
+    ASSERT_GE(whole.kinematic_poses, 4);
+    CalibrationProblem rests = whole.problem;
+    rests.measurements.clear();
+    std::vector<Pose> poses;
+    for (std::size_t i = 0; i < whole.result.poses.size(); ++i) {
+      const Measurement& m = whole.problem.measurements[i];
+      if (m.kind == PoseKind::kinematic_pose) continue;
+      rests.measurements.push_back(m);
+      poses.push_back(whole.result.poses[i]);
+    }
+    const CalibrationResult alone = solve(rests, poses);
+    ASSERT_EQ(alone.status, CalibrationStatus::converged) << alone.reason;
+    const Vector6 ratio =
+        whole.result.standard_deviation().cwiseQuotient(alone.standard_deviation());
+    EXPECT_GT(ratio.minCoeff(), 0.999) << ratio.transpose();
+  }
+}
+
 TEST(SharedErrors, AreOnesOfARunThatIsMeasuredToo) {
   const Robot robot = load_robot("irma4");
   const Log shared = wandering(startup_log(robot, 0.2, 21, 1), 0.01, 100, 3);
