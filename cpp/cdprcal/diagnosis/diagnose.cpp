@@ -418,12 +418,19 @@ struct WithoutPose {
 };
 WithoutPose without_pose(const Robot& robot, const Log& log, bool motion) {
   try {
-    CalibrateOptions options;
-    options.allow_for_effects = options.solve.explain = false;
-    const Calibration calibration =
-        motion ? calibrate_in_motion(robot, log).calibration : calibrate(robot, log, options);
-    const CalibrationResult& found = calibration.result;
-    if (found.status == CalibrationStatus::converged) return {};
+    InMotion tried;
+    if (motion) {
+      tried = calibrate_in_motion(robot, log);
+    } else {
+      CalibrateOptions options;
+      options.allow_for_effects = options.solve.explain = false;
+      tried.calibration = calibrate(robot, log, options);
+    }
+    const CalibrationResult& found = tried.calibration.result;
+    if (found.status == CalibrationStatus::converged) {
+      // Geometry alone agrees with whatever load cells read.
+      return {tried.calibration.static_poses > 0 ? "" : tried.without, false};
+    }
     return {std::string(to_string(found.status)) + ", " + found.reason,
             found.status == CalibrationStatus::unobservable};
   } catch (const InputError& error) {  // effects that no robot has

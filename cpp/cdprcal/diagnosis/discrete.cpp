@@ -625,7 +625,7 @@ struct MisfitInMotion {
 /// Nothing where it does not balance.
 std::optional<MisfitInMotion> misfit_in_motion(const Robot& robot, const Log& log) {
   InMotionOptions options = for_a_search();
-  options.calibrate.solve.explain = false;
+  options.contradicted = options.calibrate.solve.explain = false;
   const InMotion found = calibrate_in_motion(robot, log, options);
   if (!found.in_motion) return std::nullopt;
   const CalibrationResult& result = found.calibration.result;

@@ -1,6 +1,7 @@
 #include "cdprcal/diagnosis/search.hpp"
 
 #include <algorithm>
+#include <map>
 
 #include "cdprcal/diagnosis/formulas.hpp"
 #include "cdprcal/diagnosis/motion.hpp"
@@ -110,14 +111,20 @@ void look_below_the_noise(const DiagnosisModel& model, const Candidates& named,
                    [](const auto& a, const auto& b) { return a.log_evidence > b.log_evidence; });
 }
 
-/// The likeliest step. There are as many as moves and cables.
-std::optional<CandidateScore> best_step(const DiagnosisModel& model, const Candidates& steps) {
+/// The likeliest step of each kind: which of them it is shows only once it is fitted. There are as
+/// many as moves and cables.
+std::vector<CandidateScore> best_steps(const DiagnosisModel& model, const Candidates& steps) {
   constexpr std::size_t kAtATime = 64;
-  std::optional<CandidateScore> best;
+  std::map<std::string, CandidateScore> best;
   scan_in_parts(model, steps, kAtATime, [&](CandidateScore&& score) {
-    if (!best || score.log_evidence > best->log_evidence) best = std::move(score);
+    const auto [of_kind, first] = best.try_emplace(score.effect->info().name, score);
+    if (!first && score.log_evidence > of_kind->second.log_evidence) {
+      of_kind->second = std::move(score);
+    }
   });
-  return best;
+  std::vector<CandidateScore> out;
+  for (auto& [name, score] : best) out.push_back(std::move(score));
+  return out;
 }
 
 /// Family-wise p-values, drawn when first asked for: far above chance nothing need be drawn.
@@ -129,8 +136,6 @@ class PValues {
     if (beyond_chance(score, candidates_.size(), options_.draws)) {
       return 1.0 / (1.0 + options_.draws);
     }
-    // The score of the best of many steps bears their number already.
-    if (as_step(*score.effect)) return chance_at_most(score.log_evidence, candidates_.size());
     if (drawn_.empty()) drawn_ = scan(model_, candidates_, options_);
     for (const CandidateScore& s : drawn_) {
       if (s.effect == score.effect) return s.p_value;
@@ -260,8 +265,7 @@ bool Search::names_reach(double log_evidence, const Refit& first) const {
       return s.log_evidence > options_.least_evidence;
     });
     std::erase_if(refits, [&](const Refit& r) {
-      return r.log_evidence <= options_.least_evidence ||
-             !plausible(r.model.effects.back(), model.robot);
+      return r.log_evidence <= options_.least_evidence || !plausible(r.model.effects.back(), model);
     });
     if (refits.empty()) return false;
     total += refits.front().log_evidence;
@@ -280,14 +284,14 @@ std::string Search::objection(const Refit& candidate, const Refit* generic, doub
     return printed("evidence %.1f nats after the refit, %.1f needed", candidate.log_evidence,
                    options_.least_evidence);
   }
-  if (!plausible(candidate.model.effects.back(), model_.robot)) {
+  if (!plausible(candidate.model.effects.back(), model_)) {
     return "the value it would need is physically implausible";
   }
   if (!is_seen(candidate.model, candidate.model.effects.size() - 1)) return kNotSeen;
   for (const EffectTerm& known : model_.effects) {
     for (const EffectTerm& now : candidate.model.effects) {
-      if (now.effect != known.effect || !plausible(known, model_.robot)) continue;
-      if (plausible(now, model_.robot)) continue;
+      if (now.effect != known.effect || !plausible(known, model_)) continue;
+      if (plausible(now, model_)) continue;
       return "the value that " + now.effect->name() +
              " would need beside it is physically implausible";
     }
@@ -510,13 +514,13 @@ bool Search::forward() {
     std::vector<CandidateScore> scores = scan(model_, all, {.draws = 0});
     look_below_the_noise(model_, named, scores);
     const Candidates steps = step_candidates(model_);
-    if (std::optional<CandidateScore> step = best_step(model_, steps)) {
-      scores.push_back(*std::move(step));
-    }
+    for (CandidateScore& step : best_steps(model_, steps)) scores.push_back(std::move(step));
     for (CandidateScore& s : scores) s.log_evidence -= cost_of(*s.effect, steps.size());
     std::ranges::stable_sort(scores, std::ranges::greater(), &CandidateScore::log_evidence);
     const PValues p_named(model_, named, options_.scan);
     const EvidenceAgainst against(model_);
+    // One jump makes every channel scatter, which hides it from the scan: its refit shows it.
+    const bool scattered = scatters(model_);
     const std::optional<Refit> rival = best_generic(against, scores, options_.least_evidence);
     keep_left(rival, generic);
     if (static_cast<int>(out_.effects.size()) >= options_.most_effects) {
@@ -530,11 +534,12 @@ bool Search::forward() {
     }
     std::vector<Refit> refits =
         against.refits(scores, refits_a_round(), [&](const CandidateScore& s) {
-          return is_named(s) && s.log_evidence > options_.least_evidence;
+          return is_named(s) &&
+                 (s.log_evidence > options_.least_evidence || (scattered && as_step(*s.effect)));
         });
     charge(refits, steps.size());
     std::optional<Refit> errors;
-    if (rival || !refits.empty() || scatters(model_)) {
+    if (rival || !refits.empty() || scattered) {
       double best = options_.least_evidence;
       if (rival) best = std::max(best, rival->log_evidence);
       if (!refits.empty()) best = std::max(best, refits.front().log_evidence);
@@ -547,9 +552,10 @@ bool Search::forward() {
     for (Refit& refit : refits) {
       HeldOut held;
       const std::string name = refit.score.effect->name();
-      refit.score.p_value = p_named.of(refit.score);
+      const bool step = as_step(*refit.score.effect).has_value();
+      refit.score.p_value = step ? chance_at_most(refit.log_evidence, 1) : p_named.of(refit.score);
       // Of steps the chance is a bound.
-      const double share = as_step(*refit.score.effect) ? kNamedShare : kShareAtRest;
+      const double share = step ? kNamedShare : kShareAtRest;
       const double least_p = share * options_.family_wise_p;
       const std::string reason = objection(refit, rival ? &*rival : nullptr, least_p, held);
       if (reason.empty()) {
@@ -666,7 +672,7 @@ bool Search::exchange() {
     if (mine == refits.begin()) continue;
     Refit& best = refits.front();
     const double own = mine != refits.end() ? mine->log_evidence : -1e300;
-    if (!(best.log_evidence > own + 1e-6) || !plausible(best.model.effects.back(), model_.robot)) {
+    if (!(best.log_evidence > own + 1e-6) || !plausible(best.model.effects.back(), model_)) {
       continue;
     }
     const HeldOut held = held_out(*without, best.model);

@@ -131,11 +131,13 @@ CandidateScore as_candidate(const EffectTerm& term) {
   return out;
 }
 
-bool plausible(const EffectTerm& term, const Robot& robot) {
-  const EffectValues limit = term.effect->plausible(robot);
-  // Nothing reads the future: what has no negative values in motion is something else then. (At
-  // rest the sign of a small one-sided effect is within what its rivals leave open.)
-  const bool one_sided = term.effect->info().one_sided && term.effect->needs_motion();
+bool plausible(const EffectTerm& term, const DiagnosisModel& model) {
+  const EffectValues limit = term.effect->plausible(model.robot);
+  // Nothing reads the future, and no friction drives: what has no negative values in motion is
+  // something else then. (At rest the sign of a small one-sided effect is within what its rivals
+  // leave open.)
+  const bool one_sided =
+      term.effect->info().one_sided && (term.effect->needs_motion() || balances_in_motion(model));
   for (Eigen::Index j = 0; j < term.values.size(); ++j) {
     if (std::abs(term.values[j]) > limit[j % limit.size()]) return false;
     if (one_sided && term.values[j] < 0.0) return false;

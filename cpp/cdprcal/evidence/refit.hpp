@@ -65,6 +65,6 @@ Eigen::Index values_begin(const DiagnosisModel& model, std::size_t k);
 std::optional<DiagnosisModel> without_effect(const DiagnosisModel& model, std::size_t k);
 
 /// Whether all values are physically believable on a robot.
-bool plausible(const EffectTerm& term, const Robot& robot);
+bool plausible(const EffectTerm& term, const DiagnosisModel& model);
 
 }  // namespace cdprcal

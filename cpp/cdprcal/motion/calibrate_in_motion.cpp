@@ -451,6 +451,7 @@ InMotionOptions for_a_search() {
   options.calibrate.allow_for_effects = false;
   options.most_moments = 300;
   options.spacing = 1.0;
+  options.contradicted = true;
   return options;
 }
 
@@ -478,14 +479,22 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
     if (options.calibrate.solve.explain) explain(plain.problem, plain.result);
     if (!why.empty()) plain.result.reason += "; motion adds nothing: with it, " + why;
     InMotion out;
+    out.without = why;
     out.calibration = std::move(plain);
     return out;
   };
-  if (!found || !converged(*found)) {
+  // Where geometry alone has a pose, the motion around it is known, and what does not balance there
+  // is of the model; else it may be of the pose.
+  const bool searched = options.contradicted && found &&
+                        plain.result.status == CalibrationStatus::converged &&
+                        found->calibration.result.status == CalibrationStatus::not_converged &&
+                        !found->calibration.result.poses.empty();
+  if (!found || (!converged(*found) && !searched)) {
     return without_motion(found ? found->calibration.result.reason : "");
   }
   CalibrationResult& result = found->calibration.result;
   const double worth = found->moments_a_reading = shared_by_moments(*found);
+  if (!converged(*found)) return *std::move(found);
   if (result.covariance) {
     const Matrix6 widened = widening(result, plain, worth);
     *result.covariance = widened * *result.covariance * widened.transpose() +

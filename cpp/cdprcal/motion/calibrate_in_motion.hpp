@@ -19,10 +19,13 @@ struct InMotionOptions {
   /// leave none out.
   double spacing = 0.25;
   int rounds = 2;  ///< how often the motion is found anew
+  /// Rests and motion also where load cells contradict what geometry agrees on: not converged, for
+  /// a search of what is wrong.
+  bool contradicted = false;
 };
 
 /// Moments that share no samples, without allowances for effects: for a search that takes each
-/// moment for independent, and looks for those effects.
+/// moment for independent, and looks for those effects, also where nothing balances without them.
 InMotionOptions for_a_search();
 
 /// What is found beside the poses, and the path that accelerations come from depends on.
@@ -38,6 +41,7 @@ struct InMotion {
   /// not converge: what calibrate() says of the same log, and why in its reason.
   Calibration calibration;
   bool in_motion = false;  ///< whether it is that of rests and motion
+  std::string without;     ///< why it is not, where load cells could have told of motion
   Beside beside;
   /// What the last round moved the initial pose by: position [m], world-frame rotation vector
   /// [rad]. Zero where path and poses have settled; its uncertainty allows for it otherwise.

@@ -5,6 +5,7 @@
 
 #include "cdprcal/effects/applied.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/text.hpp"
 #include "cdprcal/workspace/flood.hpp"
 
 namespace cdprcal {

@@ -518,20 +518,33 @@ TEST(Evidence, WithoutAnEffectTheOthersStayAndAreFittedAgain) {
 }
 
 TEST(Evidence, ValuesAreBelievableUpToTheirLimitOnEitherSide) {
-  const Robot robot = load_robot("irma4");
+  DiagnosisModel model;
+  model.robot = load_robot("irma4");
   const auto bias = find_effect("load_cell_bias");
-  const double limit = bias->plausible(robot)[0];
+  const double limit = bias->plausible(model.robot)[0];
   const auto believable = [&](const Eigen::VectorXd& values) {
-    return plausible({bias, values}, robot);
+    return plausible({bias, values}, model);
   };
   EXPECT_TRUE(believable(Eigen::Vector4d(limit, -limit, 0.0, 0.0)));
   EXPECT_FALSE(believable(Eigen::Vector4d(1.001 * limit, 0.0, 0.0, 0.0)));
   EXPECT_FALSE(believable(Eigen::Vector4d(0.0, 0.0, 0.0, -1.001 * limit)));
   // Values of several runs, one after the other.
   const auto drift = find_effect("yaw_drift");
-  const double rate = drift->plausible(robot)[0];
-  EXPECT_TRUE(plausible({drift, Eigen::Vector2d(rate, -rate)}, robot));
-  EXPECT_FALSE(plausible({drift, Eigen::Vector2d(0.0, 2.0 * rate)}, robot));
+  const double rate = drift->plausible(model.robot)[0];
+  EXPECT_TRUE(plausible({drift, Eigen::Vector2d(rate, -rate)}, model));
+  EXPECT_FALSE(plausible({drift, Eigen::Vector2d(0.0, 2.0 * rate)}, model));
+}
+
+TEST(Evidence, InMotionFrictionDoesNotDrive) {
+  DiagnosisModel model;
+  model.robot = load_robot("irma4");
+  model.runs.emplace_back().measurements.resize(2);
+  const EffectTerm driving{find_effect("pulley_friction"), Eigen::VectorXd::Constant(1, -1e-3)};
+  EXPECT_TRUE(plausible(driving, model));  // what rests do not tell
+  model.runs.front().measurements.back().moves = true;
+  EXPECT_FALSE(plausible(driving, model));
+  const EffectTerm rubbing{driving.effect, -driving.values};
+  EXPECT_TRUE(plausible(rubbing, model));
 }
 
 /// Squares of held-out poses, each with its own pose free, common unknowns from the other folds.
