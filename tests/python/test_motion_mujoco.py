@@ -134,6 +134,37 @@ def test_what_is_hidden_is_named_though_it_never_rests(name: str) -> None:
     assert np.all(np.abs(error) < 4.0 * np.sqrt(np.diag(found.covariance_after)))
 
 
+FINE = cdprcal.SensorSigma(length_m=3e-4, swivel_rad=2e-3, attitude_rad=3e-3, tension_N=0.6)
+
+
+@pytest.mark.parametrize("of_nothing", [False, True])
+def test_load_cells_that_no_motion_agrees_with_are_not_passed_over(*, of_nothing: bool) -> None:
+    """A third more weight, or readings of something else: geometry alone, which agrees with itself,
+    is no consistent model."""
+    robot = polygon_robot(4, pulley_radius_m=0.0, sigma=FINE)
+    hidden = Hidden() if of_nothing else Hidden(mass_kg=4.0)
+    run = swing(mujoco, robot, hidden, seed=803, duration_s=20.0, kick=0.15)
+    log = run.log
+    if of_nothing:
+        tension_N = np.random.default_rng(1).uniform(10.0, 60.0, log.tension_N.shape)
+        log = cdprcal.Log(
+            time_s=log.time_s,
+            length_m=log.length_m,
+            swivel_rad=log.swivel_rad,
+            tension_N=tension_N,
+            roll_pitch_yaw_rad=log.roll_pitch_yaw_rad,
+        )
+    contradicted = _core.calibrate_in_motion(robot, log)
+    assert not contradicted.in_motion
+    found = cdprcal.diagnose(robot, log, motion=True)
+    if of_nothing:
+        assert found.verdict == cdprcal.Verdict.unexplained
+    else:
+        assert "mass" in [n for e in found.effects for n in (e.info.name, *e.rivals)]
+    error = cdprcal.minus(found.initial_pose_after, run.poses[0])
+    assert np.all(np.abs(error) < 4.0 * np.sqrt(np.diag(found.covariance_after)))
+
+
 @pytest.mark.parametrize(
     "what", few([name for name in MISREAD if name != "euler_convention"], kept=2)
 )

@@ -538,6 +538,9 @@ bool Search::forward() {
                  (s.log_evidence > options_.least_evidence || (scattered && as_step(*s.effect)));
         });
     charge(refits, steps.size());
+    std::erase_if(refits, [&](const Refit& r) {
+      return as_step(*r.score.effect) && !(r.log_evidence > options_.least_evidence);
+    });
     std::optional<Refit> errors;
     if (rival || !refits.empty() || scattered) {
       double best = options_.least_evidence;

@@ -341,7 +341,8 @@ bool Tracker::quickens(const std::vector<Reading>& readings) {
   std::vector<Reading> counting;
   bool any = false;
   for (const Reading& r : readings) {
-    if (contradictions_.is_out(static_cast<std::size_t>(r.row))) continue;
+    // What no motion explained at first none explains because it goes on for a while.
+    if (contradictions_.against_s(static_cast<std::size_t>(r.row)) > 0.0) continue;
     counting.push_back(r);
     any = any || r.size > kDoubt * kDoubt;
   }
@@ -399,9 +400,16 @@ bool Tracker::correct() {
   for (const Reading& r : readings) innovation_[r.row] = r.size;
   now_.left_out += static_cast<int>(std::erase_if(readings, [&](const Reading& r) {
     return contradictions_.is_out(static_cast<std::size_t>(r.row)) ||
-           (!step_.starts && r.size > kOutlier * kOutlier);
+           (!step_.starts && r.size > largest(static_cast<std::size_t>(r.row)));
   }));
   return update(readings);
+}
+
+/// Up to which square of its innovation over σ a reading counts. Without it the pose is known less
+/// and less: what has been an outlier is none again only where it agrees.
+double Tracker::largest(std::size_t reading) const {
+  const double most = contradictions_.against_s(reading) > 0.0 ? kAgrees : kOutlier;
+  return most * most;
 }
 
 /// The filter's correction, iterated where the readings are no straight lines over it.
@@ -554,15 +562,18 @@ void Tracker::judge(bool corrected) {
     if (offsets_.rows[r].inertial || !std::isfinite(innovation_[row])) continue;
     const double misfit = this->misfit(row);
     const double expected = offsets_.covariance(row, row) + offsets_.sample_variance[row];
-    const bool surprises = !step_.starts && innovation_[row] > kOutlier * kOutlier;
+    const bool surprises = !step_.starts && innovation_[row] > largest(r);
     const bool remains = misfit * misfit > kOutlier * kOutlier * expected;
     const bool agrees = innovation_[row] < kAgrees * kAgrees && !disagrees_[r] && !quarrels_;
-    contradictions_.note(r, surprises || remains || disagrees_[r], std::abs(misfit), agrees, dt_s_,
-                         step_.starts);
+    contradictions_.note(r, surprises || remains || disagrees_[r], std::abs(misfit), agrees,
+                         disagrees_[r], dt_s_, step_.starts);
   }
   quarrels_for_s_ = quarrels_ ? quarrels_for_s_ + dt_s_ : 0.0;
+  // One reading, that is: of several it is rather the motion, or a whole sensor, that is not as it
+  // is taken for.
+  const bool one = contradictions_.out() == 1;
   for (std::size_t r = 0; r < offsets_.rows.size(); ++r) {
-    if (!contradictions_.is_out(r)) continue;
+    if (!contradictions_.is_out(r) || (one && contradictions_.is_told(r))) continue;
     const double misfit = this->misfit(static_cast<Eigen::Index>(r));
     const Quantity shown = quantity_of(row_of(offsets_.rows[r].label.channel).of());
     const std::string by = std::isfinite(misfit)

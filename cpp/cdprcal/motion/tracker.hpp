@@ -84,6 +84,7 @@ class Tracker {
   void forget();
   [[nodiscard]] bool went_unseen(double usual_s) const;
   void predict();
+  [[nodiscard]] double largest(std::size_t reading) const;
   [[nodiscard]] MotionMatrix of_jerk() const;
   [[nodiscard]] Vector6 pose_sigma() const {
     return covariance_.diagonal().head<6>().cwiseMax(0.0).cwiseSqrt();

@@ -541,7 +541,7 @@ TEST(Evidence, InMotionFrictionDoesNotDrive) {
   model.runs.emplace_back().measurements.resize(2);
   const EffectTerm driving{find_effect("pulley_friction"), Eigen::VectorXd::Constant(1, -1e-3)};
   EXPECT_TRUE(plausible(driving, model));  // what rests do not tell
-  model.runs.front().measurements.back().moves = true;
+  model.runs.front().measurements.back().twist.setOnes();
   EXPECT_FALSE(plausible(driving, model));
   const EffectTerm rubbing{driving.effect, -driving.values};
   EXPECT_TRUE(plausible(rubbing, model));

@@ -123,7 +123,7 @@ TEST(Contradictions, AReadingComesBackWhenItIsFarLessOff) {
   const double dt_s = 0.01;
   const auto note = [&](bool contradicts, double misfit, bool agrees, double for_s) {
     for (double t_s = 0.5 * dt_s; t_s < for_s; t_s += dt_s) {
-      of.note(0, contradicts, misfit, agrees, dt_s);
+      of.note(0, contradicts, misfit, agrees, false, dt_s);
     }
   };
   note(true, 0.1, false, 0.05);
@@ -136,8 +136,38 @@ TEST(Contradictions, AReadingComesBackWhenItIsFarLessOff) {
   EXPECT_TRUE(of.is_out(0)) << "as far off as ever, of a pose that is known less";
   note(false, 0.01, true, 0.4);
   EXPECT_TRUE(of.is_out(0)) << "not for long enough";
-  note(false, 0.01, true, 0.2);
+  note(false, 0.01, true, 0.6);
   EXPECT_FALSE(of.is_out(0));
+}
+
+TEST(Contradictions, OfAReadingThatComesBackTheMeanSquareCounts) {
+  Contradictions of(1);
+  std::mt19937_64 engine(1);
+  std::normal_distribution<double> random;
+  const double dt_s = 0.01, sigma = 1.0, was_off = 6.0 * sigma;
+  for (int k = 0; k < 20; ++k) of.note(0, true, was_off, false, false, dt_s);
+  ASSERT_TRUE(of.is_out(0));
+  for (int k = 0; k < 60; ++k)
+    of.note(0, false, std::abs(sigma * random(engine)), true, false, dt_s);
+  EXPECT_FALSE(of.is_out(0));
+}
+
+TEST(Contradictions, AReadingThatAloneMustBeWrongIsToldAfterAWhile) {
+  Contradictions of(2);
+  const double dt_s = 0.01;
+  for (int k = 0; k < 40; ++k) {
+    of.note(0, true, 1.0, false, true, dt_s);
+    of.note(1, true, 1.0, false, false, dt_s);
+  }
+  EXPECT_TRUE(of.is_out(0));
+  EXPECT_FALSE(of.is_told(0));
+  for (int k = 0; k < 20; ++k) {
+    of.note(0, true, 1.0, false, true, dt_s);
+    of.note(1, true, 1.0, false, false, dt_s);
+  }
+  EXPECT_TRUE(of.is_told(0));
+  EXPECT_TRUE(of.is_out(1));
+  EXPECT_FALSE(of.is_told(1)) << "it may be the pose that is wrong";
 }
 
 }  // namespace

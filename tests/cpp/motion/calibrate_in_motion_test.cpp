@@ -5,7 +5,6 @@
 
 #include "../support/startup_scenario.hpp"
 #include "cdprcal/decompositions.hpp"
-#include "cdprcal/diagnosis/diagnose.hpp"
 #include "cdprcal/error.hpp"
 #include "cdprcal/motion/middle_readings.hpp"
 #include "cdprcal/motion/smoothed.hpp"
@@ -207,25 +206,6 @@ TEST(InMotion, SaysWhatRestsSayWhereMotionAddsNothing) {
   ASSERT_FALSE(found.in_motion);
   EXPECT_EQ(found.calibration.result.status, rests.status);
   EXPECT_THAT(found.calibration.result.reason, ::testing::StartsWith(rests.reason));
-}
-
-TEST(InMotion, LoadCellsThatContradictTheGeometryAreForASearch) {
-  const Robot robot = load_robot("irma4");
-  Log log = swing(robot, 0.04, 1).first;
-  log.tension_N *= 1.6;
-  const InMotion found = calibrate_in_motion(robot, log);
-  EXPECT_FALSE(found.in_motion);
-  EXPECT_EQ(found.calibration.result.status, CalibrationStatus::converged);
-  EXPECT_THAT(found.without, ::testing::HasSubstr("contradicts"));
-  const InMotion searched = calibrate_in_motion(robot, log, for_a_search());
-  EXPECT_TRUE(searched.in_motion);
-  EXPECT_EQ(searched.calibration.result.status, CalibrationStatus::not_converged);
-  EXPECT_GT(searched.calibration.kinematic_poses, 20);
-  // Geometry alone would call this consistent.
-  DiagnoseOptions options;
-  options.motion = true;
-  const Diagnosis diagnosis = diagnose(robot, {log}, options);
-  EXPECT_NE(diagnosis.verdict, Verdict::consistent) << diagnosis.reason;
 }
 
 TEST(InMotion, RefusesOptionsThatLeaveMotionOut) {
