@@ -6,6 +6,7 @@ import json
 import math
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,15 @@ import pytest
 
 import cdprcal
 from cdprcal import CalibrateOptions, CalibrationStatus, InputError, Method
-from cdprcal.acquisition import Guide, acquire, parse_accuracy, start_up_plan
+from cdprcal.acquisition import (
+    Acquired,
+    Estimate,
+    Guide,
+    acquire,
+    parse_accuracy,
+    start_up_plan,
+)
+from cdprcal.acquisition.monitor import Monitor
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import load_log
 from cdprcal.studies import Workers
@@ -288,6 +297,53 @@ def test_until_is_not_fooled_by_a_single_rest(
     ).result
     assert len(document["rests"]) >= 3
     assert np.linalg.norm(result.poses[0].position_m - was) < 0.005
+
+
+def test_until_goes_on_while_something_speaks_against_the_pose(
+    cli: Callable[..., Ran], tmp_path: Path, default_plan: Path
+) -> None:
+    """A pulley is 10 mm from where the file has it: σ is small at once, and the pose is off."""
+    log = tmp_path / "run.csv"
+    ran = cli(
+        *("acquire", "irma4", default_plan, "-o", log, "--json", "--seed", 2),
+        *("--until", "10mm,1deg", "--effect", "frame_anchors=0.01,0,0,0,0,0,0,0,0,0,0,0"),
+    )
+    assert ran.code == 3, ran.stderr
+    document = json.loads(ran.stdout)
+    assert not document["asked"]["reached"]
+    assert document["state"] == "done"
+    assert len(document["rests"]) == document["setpoints"]  # all of the plan
+    assert all("misfit" in estimate["caveats"] for estimate in document["estimates"][2:])
+    assert "with caveats: misfit" in ran.stderr
+    calibrated = cli("calibrate", "irma4", log, "--json")
+    assert calibrated.code == 3
+    assert document["caveats"] == json.loads(calibrated.stdout)["caveats"]
+
+
+def test_an_estimate_that_is_not_to_be_trusted_has_no_sigma() -> None:
+    good = Estimate(9.0, 3, "converged", "", 1e-3, 1e-3, "", None, None, False)
+    assert str(good) == "after 3 rests: ± 1 mm, ± 0.057° (1 σ, worst axis)"
+    for status, words in (("not_converged", "not converged"), ("converged", "not to be trusted")):
+        said = str(replace(good, status=status, trusted=False))
+        assert words in said
+        assert "±" not in said
+    assert not replace(good, trusted=False).as_event()["trusted"]
+
+
+def test_the_end_says_that_there_is_no_pose(
+    robot: cdprcal.Robot, capsys: pytest.CaptureFixture[str]
+) -> None:
+    why = "a minimum was found, but it contradicts the readings"
+    off = Estimate(9.0, 3, "not_converged", why, 1e-3, 1e-3, "", None, None, False, trusted=False)
+    plan = cdprcal.make_plan(robot, positions_m=[np.array([0.0, 0.0, 0.9])]).plan
+    guide = Guide(robot, plan, cdprcal.StartUp(robot, start_up_plan(plan)))
+    guide.estimates.append(off)
+    run = Acquired(cdprcal.StartUpState.done, "", (), 0.0, 9.0, 90)
+    Monitor(robot, plan, "run.csv").print_end(run, "irma4", guide)
+    said = capsys.readouterr().out
+    assert "after 3 rests: not converged" in said
+    assert why in said
+    assert "next: cdprcal check irma4 run.csv, then cdprcal diagnose irma4 run.csv" in said
 
 
 def test_a_start_up_that_waits_for_no_rest_ends_when_the_pose_is_known(

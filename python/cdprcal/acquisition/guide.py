@@ -14,6 +14,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,10 @@ from numpy.typing import NDArray
 from cdprcal import _core
 from cdprcal._core import RobotSample, StartUp, StartUpCommand, StartUpState
 from cdprcal.acquisition.told import Told, settled, told_by
-from cdprcal.trust import worst_sigma
+from cdprcal.check import caveats_with_log
+from cdprcal.findings import Finding
+from cdprcal.io.loaded import LogFile
+from cdprcal.trust import against_pose, worst_sigma
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,8 @@ class Estimate:
     told: Told | None = None  #: by a diagnosis of the log so far, where one was asked for
     in_motion: bool = False  #: from the motion, too; ``rests``: set-points that were passed
     trusted: bool = True  #: it converged, and its covariance allows for what the model misfits
+    #: Of one with the accuracy asked for: what ``calibrate`` on the log so far says against it.
+    caveats: tuple[Finding, ...] = ()
 
     def as_event(self) -> dict[str, Any]:
         """The estimate for the log and ``--json``: SI, None where nothing is known."""
@@ -50,22 +56,28 @@ class Estimate:
             "time_s": self.time_s,
             "rests": self.rests,
             "status": self.status,
+            "trusted": self.trusted,
             "position_m": None if known is None else [float(v) for v in known.position_m],
             "rotation": None if known is None else known.rotation.tolist(),
             "position_sigma_m": _number(self.position_sigma_m),
             "rotation_sigma_rad": _number(self.rotation_sigma_rad),
             "reached": self.reached,
             "in_motion": self.in_motion,
+            "caveats": [caveat.code for caveat in self.caveats],
         } | ({} if self.told is None else {"diagnosis": self.told.as_event()})
 
     def __str__(self) -> str:
         of = "set-point" if self.in_motion else "rest"
         after = f"after {self.rests} {of}{'s' * (self.rests != 1)}"
-        if not math.isfinite(self.position_sigma_m):
-            return f"{after}: {self.status.replace('_', ' ')}"
+        if not math.isfinite(self.position_sigma_m) or not self.trusted:
+            converged = self.status == _core.CalibrationStatus.converged.name
+            misfits = "not to be trusted, σ leaves out by what the model misfits"
+            return f"{after}: {misfits if converged else self.status.replace('_', ' ')}"
+        but = ", ".join(caveat.code for caveat in self.caveats)
         return (
             f"{after}: ± {1e3 * self.position_sigma_m:.2g} mm, "
             f"± {math.degrees(self.rotation_sigma_rad):.2g}° (1 σ, worst axis)"
+            + (f", with caveats: {but}" if but else "")
         )
 
 
@@ -98,6 +110,10 @@ def parse_accuracy(text: str) -> _core.AskedAccuracy:
 #: Before a run may end early. After fewer, readings and unknowns are so nearly alike in number that
 #: load cells with wrong gains do not show as a misfit, and the estimate is off by several σ.
 _FEWEST_RESTS = 3
+#: Caveats that leave the accuracy to who asked for it.
+_ABOUT_ACCURACY = ("imprecise",)
+#: What healthy robots that never rest have, too: residuals are held against the scatter at rest.
+_ALSO_IN_MOTION = ("misfit",)
 #: Between two estimates of a run that does not wait for rests, where an accuracy is asked for; two
 #: in a row must have it, since how much neighbouring moments hang together is estimated, too.
 _IN_MOTION_EVERY_S = 1.0
@@ -175,8 +191,13 @@ class Guide:
 
     @property
     def reached(self) -> bool:
-        """Whether the accuracy asked for was reached."""
+        """Whether the accuracy asked for was reached, and nothing speaks against the pose."""
         return bool(self.estimates) and self.estimates[-1].reached
+
+    @property
+    def caveats(self) -> tuple[Finding, ...]:
+        """What speaks against a pose whose σ is as was asked for; none where it is larger."""
+        return self.estimates[-1].caveats if self.estimates else ()
 
     def step(self, command: StartUpCommand, sample: RobotSample, logged: bool) -> Estimate | None:
         """To be called with every command; an estimate when there is a new one."""
@@ -314,9 +335,11 @@ class _Work:
     good_before: bool  #: whether the last estimate had the accuracy
 
     def __call__(self, begin: int, end: int, rests: int) -> Estimate:
+        caveats: tuple[Finding, ...] = ()
         if self.online is None:
             log = self.rows.log(0, end)
-            result = _core.calibrate_in_motion(self.robot, log, self.options).calibration.result
+            found = _core.calibrate_in_motion(self.robot, log, self.options).calibration
+            result = found.result
         else:
             log = self.rows.log(begin, end)
             result = self.online.add(log)
@@ -326,11 +349,18 @@ class _Work:
             if self.online
             else lasts_s >= _LEAST_MOTION_S and self.good_before
         )
-        reached = enough and _is_trusted(result) and _has(self.asked, result.covariance)
+        reached = enough and self._is_good(result)
         if reached and self.online:
             # A live estimate does not look for what the model lacks; the whole procedure does.
-            result = _core.calibrate(self.robot, self.rows.log(0, end), self.options).result
-            reached = _is_trusted(result) and _has(self.asked, result.covariance)
+            found = _core.calibrate(self.robot, self.rows.log(0, end), self.options)
+            result = found.result
+            reached = self._is_good(result)
+        if reached:
+            file = LogFile(Path(), "csv", self.rows.log(0, end))
+            said = against_pose(caveats_with_log(self.robot, file, found))
+            beside = _ABOUT_ACCURACY if self.online else (*_ABOUT_ACCURACY, *_ALSO_IN_MOTION)
+            caveats = tuple(caveat for caveat in said if caveat.code not in beside)
+            reached = not caveats
         position_m, rotation_rad = worst_sigma(result.covariance) or (math.nan, math.nan)
         return Estimate(
             float(log.time_s[-1]),
@@ -348,7 +378,11 @@ class _Work:
             else None,
             self.online is None,
             _is_trusted(result),
+            caveats,
         )
+
+    def _is_good(self, result: _core.CalibrationResult) -> bool:
+        return _is_trusted(result) and _has(self.asked, result.covariance)
 
 
 def _is_trusted(result: _core.CalibrationResult) -> bool:

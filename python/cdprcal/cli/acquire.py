@@ -11,6 +11,7 @@ from cdprcal.cli.live import LiveOption, LiveStopOption, PortOption, live_page
 from cdprcal.command import (
     DONE,
     UNTRUSTED,
+    WITH_CAVEATS,
     EffectsOption,
     JsonOption,
     RobotArgument,
@@ -24,7 +25,7 @@ from cdprcal.completion import injected_effects
 
 if TYPE_CHECKING:
     from cdprcal import _core
-    from cdprcal.acquisition import Acquired
+    from cdprcal.acquisition import Acquired, Guide
     from cdprcal.hardware.connect import SessionBackend
     from cdprcal.hardware.session import Session
     from cdprcal.testing.simulated_devices.connect import SimulatedSession
@@ -114,8 +115,9 @@ def command(
             metavar="ACCURACY",
             help="Stop, after three rests (with --motion, ten seconds) or more, when the initial "
             "pose is known this well (1 sigma, worst axis), for example 5mm,0.5deg; the stops of "
-            "the plan are then visited in the order in which they teach most. Exit code 1 when all "
-            "of them are not enough.",
+            "the plan are then visited in the order in which they teach most, and go on while "
+            "calibrate would have caveats. Exit code 1 when all of them are not enough, 3 when "
+            "they are but for caveats.",
         ),
     ] = "",
     diagnose: Annotated[
@@ -171,7 +173,8 @@ def command(
     pose is estimated while it goes on. Ctrl-C, a closed terminal, a fault of a sensor or drive, a
     slack or overloaded cable, a full disk: the winches stop and lock, and the log is kept. It holds
     the robot file, the plan and the seed: all that is needed to solve again. Exit code 1: the robot
-    was stopped early.
+    was stopped early. 0: the log is whole, whatever calibrate will say of it; with --until, of the
+    pose, too.
     """
     from pathlib import Path
 
@@ -352,6 +355,7 @@ def command(
             "reached": guide.reached,
         },
         "settled": guide.settled or None,
+        "caveats": [caveat.as_dict() for caveat in guide.caveats],
     }
     if json:
         print_json(document)
@@ -359,8 +363,17 @@ def command(
         monitor.print_end(run, robot, guide)
     if truth:  # at last: how the run ended is said whatever becomes of this file
         write_text(Path(truth), strict_json({"poses": truth_rows(the_robot, poses)}))
-    short = asked is not None and not guide.reached
-    raise typer.Exit(UNTRUSTED if run.reason or short else DONE)
+    raise typer.Exit(exit_code(run, guide, asked))
+
+
+def exit_code(run: Acquired, guide: Guide, asked: _core.AskedAccuracy | None) -> int:
+    """Of a run, and where an accuracy was asked for of the pose."""
+    if run.reason:
+        return UNTRUSTED
+    if asked is None or guide.reached:
+        return DONE
+    severities = {caveat.severity for caveat in guide.caveats}
+    return WITH_CAVEATS if severities and "error" not in severities else UNTRUSTED
 
 
 def run_as_dict(run: Acquired, plan: _core.Plan, log: str) -> dict[str, object]:
