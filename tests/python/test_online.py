@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import sys
@@ -239,6 +240,34 @@ def test_a_start_up_can_go_on_elsewhere(robot: cdprcal.Robot, plan: cdprcal.Plan
     assert [rest.setpoint for rest in run.startup.rests] == [0, 1]
     assert run.command is not None
     np.testing.assert_array_equal(run.command.tension_setpoint_N, elsewhere)
+
+
+def test_who_chooses_a_way_says_so_before_it_is_gone(
+    robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    """The corridor covers it then: the plan's own order never goes there."""
+    run = Stepper(robot, plan)
+    ways: list[tuple[cdprcal.Pose, np.ndarray, cdprcal.StartUpPlan]] = []
+    guide = Guide(
+        robot,
+        plan,
+        run.startup,
+        asked=parse_accuracy("0.001mm,0.0001deg"),
+        quick=True,
+        on_way=lambda *way: ways.append(way),
+    )
+    while len(ways) < 3:
+        sample = run.device.read()
+        command = run.startup.step(sample)
+        guide.step(command, sample, True)
+        run.device.command(command)
+        assert not run.startup.finished
+    begins_N = [tension_N for _, tension_N, _ in ways]
+    np.testing.assert_array_equal(begins_N[0], plan.start_tension_N)
+    for (_, _, way), (pose, begin_N, _) in itertools.pairwise(ways):
+        np.testing.assert_array_equal(way.setpoint_N[-1], begin_N)
+        stop = next(s for s in plan.poses if np.array_equal(s.tension_N, begin_N))
+        np.testing.assert_array_equal(stop.pose.position_m, pose.position_m)
 
 
 def test_until(cli: Callable[..., Ran], plan: cdprcal.Plan, tmp_path: Path) -> None:

@@ -132,7 +132,8 @@ class Guide:
     are those of ``calibrate_in_motion``, at every set-point passed; with ``asked``, every second.
 
     ``background``: estimate on a thread of its own, so that no control cycle is late; for robots
-    whose clock does not wait. ``options``: of the estimate.
+    whose clock does not wait. ``options``: of the estimate. ``on_way``: called with the pose and
+    the tensions [N] that a chosen way begins at, and the way, before it is gone.
     """
 
     def __init__(
@@ -148,11 +149,14 @@ class Guide:
         background: bool = False,
         options: _core.CalibrateOptions | None = None,
         progress: Callable[[float], object] | None = None,
+        on_way: Callable[[_core.Pose, NDArray[np.float64], _core.StartUpPlan], object]
+        | None = None,
     ) -> None:
         self._robot = robot
         self._plan = plan
         self._startup = startup
         self._asked = asked
+        self._on_way = on_way
         self._diagnoses = diagnoses
         self.settled = ""  #: why the diagnosis ended the run; empty: it did not
         self._quick = quick
@@ -294,6 +298,13 @@ class Guide:
             choice = self._telling(measured, {} if told is None else told.worth)
             self._chose = True
         way = choice.way if choice is not None else _core.StartUpPlan([])
+        if self._on_way is not None:
+            at = self._plan.poses[target] if target is not None else None
+            self._on_way(
+                self._plan.start_pose if at is None else at.pose,
+                self._plan.start_tension_N if at is None else at.tension_N,
+                way,
+            )
         times = [] if self._quick else way.transition_s
         self._startup.go_on_with(_core.StartUpPlan(list(way.setpoint_N), times, way.via, way.pose))
         del self._stops[command.setpoint + 1 :]

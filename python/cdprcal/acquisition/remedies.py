@@ -9,8 +9,8 @@ REMEDIES: tuple[tuple[str, str], ...] = (
     ("stopped by the operator", "acquire again when the robot may move"),
     (
         "leaves the plan's corridor",
-        "check the load cells' zeros and what hangs at the cables; where there is room, acquire "
-        "with a wider --corridor-m",
+        "check the load cells' zeros, the signs and scales of the encoders, the AHRS's mounting "
+        "and what hangs at the cables; where there is room, acquire with a wider --corridor-m",
     ),
     ("too close to the floor", "plan higher, or check --floor-m and the load cells' zeros"),
     (

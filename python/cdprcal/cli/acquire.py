@@ -140,15 +140,16 @@ def command(
         ),
     ] = False,
     corridor_m: Annotated[
-        float,
+        float | None,
         typer.Option(
             "--corridor-m",
             min=0.0,
-            help="How far the platform may leave the box of the plan's poses and ways, by the "
-            "estimate after every rest and the sensors since. Where three sigma are more they "
-            "count.",
+            help="How far the platform may leave the box of the plan's poses and ways (those that "
+            "--until and --diagnose choose, too), by the estimate after every rest and the sensors "
+            "since. Where three sigma are more they count.",
+            show_default="0.1, or 5 % of the plan's longest way where that is more",
         ),
-    ] = 0.1,
+    ] = None,
     floor_m: Annotated[
         float | None,
         typer.Option("--floor-m", help="z that no point of the platform may go below."),
@@ -255,6 +256,9 @@ def command(
         devices.refuse_simulator_options(wired, effects=bool(effect), truth=bool(truth))
         startup = devices.start_up(wired, the_robot, visits, patience)
         paced = wired.simulated is None or wired.simulated.speed > 0.0
+    pose_guard = PoseGuard(
+        the_robot, the_plan, corridor_m, -math.inf if floor_m is None else floor_m
+    )
     guide = Guide(
         the_robot,
         the_plan,
@@ -264,9 +268,7 @@ def command(
         quick=quick,
         in_motion=motion,
         background=paced,
-    )
-    pose_guard = PoseGuard(
-        the_robot, the_plan, corridor_m, -math.inf if floor_m is None else floor_m
+        on_way=pose_guard.admit,
     )
     device: SimulatedBackend | SessionBackend | SimulatedSession
     if wired is None:
@@ -285,7 +287,7 @@ def command(
         "until": until,
         "diagnose": diagnose,
         "motion": motion,
-        "corridor_m": corridor_m,
+        "corridor_m": pose_guard.margin_m,
         "floor_m": floor_m,
         "log_rate_Hz": rate_hz,
         "version": _version(),
