@@ -30,6 +30,11 @@ REMEDIES: tuple[tuple[str, str], ...] = (
         "look for a busy or adjusted clock; acquire again",
     ),
     ("over-tension", "lower the plan's tensions or its speed, and look for a caught cable"),
+    (
+        "slack at power-on",
+        "tighten that cable, or let the platform hang freely, and check its load cell: plug, zero "
+        "and sign; then acquire again",
+    ),
     ("slack", "raise the least tension: plan again with a higher --margin-n"),
     ("does not follow its set-point", "check the load cell's sign and scale, and the winch's gain"),
     (

@@ -184,6 +184,7 @@ def command(
     from cdprcal.acquisition import (
         Guide,
         PoseGuard,
+        PowerOn,
         acquire,
         parse_accuracy,
         start_up_options,
@@ -259,6 +260,7 @@ def command(
     pose_guard = PoseGuard(
         the_robot, the_plan, corridor_m, -math.inf if floor_m is None else floor_m
     )
+    power_on = PowerOn(the_robot, patience)
     guide = Guide(
         the_robot,
         the_plan,
@@ -343,7 +345,7 @@ def command(
             log_rate_Hz=rate_hz,
             stop=stop,
             watch=watch,
-            guard=pose_guard.look,
+            guard=lambda sample: power_on.look(sample) or pose_guard.look(sample),
         )
         page.end(run)
     guide.close()
