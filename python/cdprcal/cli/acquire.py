@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cdprcal.cli.live import LiveOption, LiveStopOption, PortOption, live_page
+from cdprcal.cli.plan_file import plan_of
 from cdprcal.command import (
     DONE,
     UNTRUSTED,
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from cdprcal.hardware.session import Session
     from cdprcal.testing.simulated_devices.connect import SimulatedSession
 
-_MOST_PLAN_BYTES = 64_000_000  # what the C++ reader takes
 EXAMPLE = (
     "Example: cdprcal plan irma4 -o plan.csv && cdprcal acquire irma4 plan.csv --seed 3 -o run.mcap"
     "\n\nOver CANopen, drives simulated: cdprcal acquire irma4 plan.csv --backend canopen "
@@ -180,7 +180,6 @@ def command(
     from pathlib import Path
 
     from cdprcal import _core
-    from cdprcal._core import InputError
     from cdprcal.acquisition import (
         Guide,
         PoseGuard,
@@ -196,7 +195,7 @@ def command(
     from cdprcal.hardware import BACKENDS
     from cdprcal.hardware.simulated import SimulatedBackend
     from cdprcal.io import AcquisitionInputs, open_live_log
-    from cdprcal.io.files import read_utf_8, refuse_unwritable, shown_path, write_text
+    from cdprcal.io.files import refuse_unwritable, shown_path, write_text
     from cdprcal.io.log_file import is_mcap_name
     from cdprcal.io.replacing import may_replace
     from cdprcal.results import strict_json
@@ -225,19 +224,7 @@ def command(
             )
     asked = parse_accuracy(until) if until else None
     the_robot = robot_with_effects(robot, effects)
-    plan_text = read_utf_8(Path(plan), _MOST_PLAN_BYTES)
-    the_plan = _core.parse_plan(plan_text, plan)
-    if the_plan.robot_name != the_robot.name:
-        fail(
-            f"{plan}: is of robot {the_plan.robot_name}, not of {the_robot.name}; make one with "
-            "cdprcal plan"
-        )
-    try:
-        wrong = _core.verify_plan(the_robot, the_plan)
-    except InputError as error:
-        wrong = str(error).removeprefix("plan: ")
-    if wrong:
-        fail(f"{plan}: cannot be run with {the_robot.name}: {wrong}; make one with cdprcal plan")
+    the_plan, plan_text = plan_of(the_robot, plan)
     shown = live_page(live, live_stop, port, the_robot, the_plan, output, bool(until))
     options = _core.SimulatorOptions(
         seed=seed, effects=[_core.parse_injected_effect(text, the_robot) for text in effect or []]
