@@ -301,6 +301,23 @@ def test_until(cli: Callable[..., Ran], plan: cdprcal.Plan, tmp_path: Path) -> N
     assert not (tmp_path / "no.csv").exists()
 
 
+def test_until_of_a_platform_that_cannot_turn_is_of_its_position(
+    cli: Callable[..., Ran], tmp_path: Path
+) -> None:
+    assert parse_accuracy("1.5mm", turns=False).rotation_rad == math.inf
+    assert parse_accuracy("1.5mm,1rad", turns=False).rotation_rad == 1.0
+    with pytest.raises(InputError, match=r"of the position, for example 5mm$"):
+        parse_accuracy("1deg", turns=False)
+    plan = tmp_path / "plan.csv"
+    assert cli("plan", "hang4", "-o", plan).code == 0
+    ran = cli("acquire", "hang4", plan, "-o", tmp_path / "run.csv", "--until", "5mm", "--json")
+    asked = json.loads(ran.stdout)["asked"]
+    assert asked == {"position_sigma_m": 0.005, "rotation_sigma_rad": None, "reached": True}
+    assert ran.code == 0
+    ran = cli("acquire", "irma4", plan, "-o", tmp_path / "no.csv", "--until", "5mm")
+    assert ran.code == 2
+
+
 def test_until_is_not_fooled_by_a_single_rest(
     cli: Callable[..., Ran], tmp_path: Path, default_plan: Path
 ) -> None:

@@ -140,8 +140,11 @@ def test_the_command(cli: Callable[..., Ran], low_plan: cdprcal.Plan, tmp_path: 
     ran = cli("acquire", "irma4", plan, "--quick", "-o", log, "--json", *effects)
     assert ran.code == 1
     assert "leaves the plan's corridor: z" in json.loads(ran.stdout)["reason"]
-    ran = cli("acquire", "irma4", plan, "-o", log, "--quick", "--corridor-m", "-1")
-    assert ran.code == 2
+    for corridor in ("-1", "nan"):
+        ran = cli("acquire", "irma4", plan, "-o", tmp_path / "no.csv", f"--corridor-m={corridor}")
+        assert ran.code == 2
+        assert f"corridor: {corridor} m must be 0 to 2.31 m" in ran.stderr
+        assert ran.stderr.endswith("; give a --corridor-m within that\n")
 
 
 # --- the tracking itself, on exact readings ------------------------------------------------------

@@ -81,10 +81,11 @@ class Estimate:
         )
 
 
-def parse_accuracy(text: str) -> _core.AskedAccuracy:
+def parse_accuracy(text: str, *, turns: bool = True) -> _core.AskedAccuracy:
     """``5mm,0.5deg`` (also ``m``, ``rad``; either order) as an AskedAccuracy.
 
-    Raises InputError for anything else.
+    Of a platform that cannot turn (``turns`` false) the position is enough, and any rotation will
+    do then. Raises InputError for anything else.
     """
     scale = {"mm": ("m", 1e-3), "m": ("m", 1.0), "deg": ("rad", math.pi / 180), "rad": ("rad", 1.0)}
     found: dict[str, float] = {}
@@ -99,10 +100,13 @@ def parse_accuracy(text: str) -> _core.AskedAccuracy:
             break
         kind, unit = scale[match[2]]
         found[kind] = value * unit
+    if not turns and "m" in found:
+        found.setdefault("rad", math.inf)
     if set(found) != {"m", "rad"}:
+        wanted = "of position and rotation, for example 5mm,0.5deg"
         raise _core.InputError(
-            f"--until: {text!r} is no accuracy: give standard deviations of position and rotation, "
-            "for example 5mm,0.5deg"
+            f"--until: {text!r} is no accuracy; give standard deviations "
+            f"{wanted if turns else 'of the position, for example 5mm'}"
         )
     return _core.AskedAccuracy(position_m=found["m"], rotation_rad=found["rad"])
 

@@ -114,7 +114,8 @@ def command(
         typer.Option(
             metavar="ACCURACY",
             help="Stop, after three rests (with --motion, ten seconds) or more, when the initial "
-            "pose is known this well (1 sigma, worst axis), for example 5mm,0.5deg; the stops of "
+            "pose is known this well (1 sigma, worst axis), for example 5mm,0.5deg (5mm where the "
+            "platform cannot turn); the stops of "
             "the plan are then visited in the order in which they teach most, and go on while "
             "calibrate would have caveats. Exit code 1 when all of them are not enough, 3 when "
             "they are but for caveats.",
@@ -143,7 +144,6 @@ def command(
         float | None,
         typer.Option(
             "--corridor-m",
-            min=0.0,
             help="How far the platform may leave the box of the plan's poses and ways (those that "
             "--until and --diagnose choose, too), by the estimate after every rest and the sensors "
             "since. Where three sigma are more they count.",
@@ -222,8 +222,8 @@ def command(
                 f"{shown_path(truth)}: exists already and is no earlier truth; give another name "
                 "with --truth"
             )
-    asked = parse_accuracy(until) if until else None
     the_robot = robot_with_effects(robot, effects)
+    asked = parse_accuracy(until, turns="R" in the_robot.platform.motion) if until else None
     the_plan, plan_text = plan_of(the_robot, plan)
     shown = live_page(live, live_stop, port, the_robot, the_plan, output, bool(until))
     options = _core.SimulatorOptions(
@@ -342,7 +342,7 @@ def command(
         if asked is None
         else {
             "position_sigma_m": asked.position_m,
-            "rotation_sigma_rad": asked.rotation_rad,
+            "rotation_sigma_rad": asked.rotation_rad if math.isfinite(asked.rotation_rad) else None,
             "reached": guide.reached,
         },
         "settled": guide.settled or None,
