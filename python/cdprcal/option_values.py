@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from cdprcal._core import Box, Robot
+    from cdprcal._core import Box, Robot, TensionDistribution
 
 DistributionOption = Annotated[
     str,
@@ -70,6 +70,18 @@ def parse_numbers(option: str, text: str, count: int | None = None) -> list[floa
     if count is not None and len(numbers) != count:
         raise InputError(f"{option}: {text!r} has {len(numbers)} numbers; give {count}")
     return numbers
+
+
+def parse_lambda(distribution: TensionDistribution, text: str) -> list[float]:
+    """'50' → [50.0]; '' → []. Raises InputError also where the distribution takes none."""
+    from cdprcal._core import InputError, TensionDistribution
+
+    if text and distribution != TensionDistribution.given_lambda:
+        raise InputError(
+            f"--lambda: {distribution.name} chooses the tensions itself; leave it out, or add "
+            "--distribution given_lambda"
+        )
+    return parse_numbers("--lambda", text)
 
 
 def parse_position(option: str, text: str) -> list[float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,11 @@ BY_EYE = 0.01
 _BY_EYE = f"which is no better than the eye: {BY_EYE:.0%} of the robot's size"
 #: Times that are listed.
 _SHOWN = 6
+
+
+def against_pose(caveats: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Of the caveats of a calibration those for which its pose may be off, or is not to be used."""
+    return tuple(caveat for caveat in caveats if caveat.code not in ABOUT_RUN)
 
 
 def caveats_of(calibration: _core.Calibration) -> tuple[Finding, ...]:

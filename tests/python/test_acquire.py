@@ -18,7 +18,8 @@ import pytest
 
 import cdprcal
 from cdprcal import RobotSample, StartUpCommand, StartUpState
-from cdprcal.acquisition import Acquired, acquire, start_up_options, start_up_plan
+from cdprcal.acquisition import Acquired, PowerOn, acquire, start_up_options, start_up_plan
+from cdprcal.acquisition.remedies import remedy_for
 from cdprcal.hardware import BackendError
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import AcquisitionInputs, LiveLog, load_log, open_live_log, read_inputs
@@ -49,8 +50,15 @@ def plan_path(plan: cdprcal.Plan, tmp_path: Path) -> Path:
 class Tampered:
     """The simulated robot with a fault of the readings from FAULT_S on."""
 
-    def __init__(self, inner: SimulatedBackend, fault: Callable[[RobotSample], None]) -> None:
+    def __init__(
+        self,
+        inner: SimulatedBackend,
+        fault: Callable[[RobotSample], None],
+        *,
+        from_s: float = FAULT_S,
+    ) -> None:
         self.inner = inner
+        self.from_s = from_s
         self.fault = fault
         self.commands: list[StartUpCommand] = []
         self.stops = 0
@@ -61,7 +69,7 @@ class Tampered:
 
     def read(self) -> RobotSample:
         sample = self.inner.read()
-        if sample.time_s >= FAULT_S:
+        if sample.time_s >= self.from_s:
             self.fault(sample)
         return sample
 
@@ -173,6 +181,38 @@ def test_a_fault_ends_in_the_safe_state_with_a_readable_log(
     inputs = read_inputs(path)
     assert inputs is not None
     assert inputs.robot_yaml == cdprcal.to_yaml(robot)
+
+
+@pytest.mark.parametrize("slack_s", [0.0, 0.5])
+def test_a_cable_that_is_slack_at_power_on_is_refused_before_a_winch_moves(
+    slack_s: float, robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+) -> None:
+    def fault(sample: RobotSample) -> None:
+        if sample.time_s >= slack_s:
+            set_to("tension_N", 2, 0.1)(sample)
+
+    startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
+    backend = Tampered(hung(robot, plan, startup, []), fault, from_s=0.0)
+    log = open_live_log(tmp_path / "run.csv", 4, AcquisitionInputs("", "", {}), 10.0)
+    guard = PowerOn(robot, cdprcal.StartUpOptions()).look
+    run = acquire(startup, backend, log, guard=guard)
+    assert run.state == StartUpState.holding
+    assert "cable 3: slack at power-on, 0.1 N" in run.reason
+    assert "tighten that cable" in remedy_for(run.reason)
+    assert all(not command.velocity_m_s.any() for command in backend.commands)
+
+
+def test_what_is_slack_for_a_moment_or_later_is_not_refused_at_power_on(
+    robot: cdprcal.Robot,
+) -> None:
+    least_N = robot.tension_limits_N[0]
+    guard = PowerOn(robot, cdprcal.StartUpOptions())
+    for k in range(300):
+        sample = RobotSample(time_s=7.0 + 0.01 * k)
+        sample.tension_N = np.full(4, least_N)
+        if k % 20 < 10 or k > 101:  # 0.1 s; while it moves, which the watchdog looks at
+            sample.tension_N = np.array([least_N, 0.0, np.nan, least_N])
+        assert guard.look(sample) == ""
 
 
 def assert_safe(backend: Tampered) -> None:

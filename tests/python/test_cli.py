@@ -290,6 +290,50 @@ def test_generate_makes_what_calibrate_recovers(cli: Cli, tmp_path: Path) -> Non
     assert log.read_bytes() != first
 
 
+def test_generate_goes_through_a_plan(cli: Cli, tmp_path: Path) -> None:
+    """Where the grid around the middle of the frame has no equilibria, a box is in the way."""
+    robot, plan, log = tmp_path / "keep.yaml", tmp_path / "plan.csv", tmp_path / "made.csv"
+    box = "keep_out: [{lower_m: [-0.15, -0.15, 0.0], upper_m: [0.15, 0.15, 0.75]}]\n"
+    robot.write_text(cdprcal.builtin_robot_yaml("irma4") + box)
+    places = ("--position=0.3,0.3,1.1", "--position=-0.3,0.3,1.2", "--position=0.3,-0.3,1.15")
+    assert cli("plan", robot, "-o", plan, *places).code == 0
+    ran = cli("generate", robot, "--plan", plan, "-o", log, "--seed", 3)
+    assert (ran.code, ran.stderr) == (0, "")
+    the_plan = cdprcal.read_plan(str(plan))
+    setpoints = np.unique(cdprcal.read_log(str(log)).tension_setpoint_N, axis=0)
+    for stop in the_plan.poses:
+        assert np.abs(setpoints - stop.tension_N).max(axis=1).min() < 1e-6
+    assert cli("calibrate", robot, log).code == 0
+    assert_no = cli("generate", robot, "--plan", plan, "--grid", "2x2x2", "-o", tmp_path / "b.csv")
+    assert (assert_no.code, assert_no.stdout) == (2, "")
+    assert "leave out --grid" in assert_no.stderr
+    other = cli("generate", "ring5", "--plan", plan, "-o", tmp_path / "b.csv")
+    assert other.code == 2
+    assert "is of robot irma4, not of ring5" in other.stderr
+
+
+def test_generate_says_what_to_do_where_it_fits_no_grid_or_does_not_keep_clear(
+    cli: Cli, tmp_path: Path
+) -> None:
+    robot, log = tmp_path / "shut.yaml", tmp_path / "made.csv"
+    yaml = cdprcal.builtin_robot_yaml("irma4")
+    robot.write_text(f"{yaml}floor_m: 5\n")
+    ran = cli("generate", robot, "-o", log)
+    assert ran.code == 2
+    assert ran.stderr.endswith("; let cdprcal plan find places, and give its file with --plan\n"), (
+        ran.stderr
+    )
+    assert not log.exists()
+    assert cli("generate", "irma4", "-o", log, "--truth", tmp_path / "truth.json").code == 0
+    poses = json.loads((tmp_path / "truth.json").read_text())["poses"]
+    between = poses[75]["position_m"]  # halfway from the first stop to the second
+    box = [[value + by for value in between] for by in (-0.01, 0.01)]
+    robot.write_text(f"{yaml}keep_out: [{{lower_m: {box[0]}, upper_m: {box[1]}}}]\n")
+    ran = cli("generate", robot, "-o", log, "--force")
+    assert ran.code == 0
+    assert re.search(r"note: at 7\.\d s something is in the way .* --plan\n", ran.stderr)
+
+
 def program(*arguments: object, **options: Any) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-m", "cdprcal", *map(str, arguments)],

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +15,15 @@ import pytest
 
 import cdprcal
 from cdprcal import CalibrateOptions, CalibrationStatus, InputError, Method
-from cdprcal.acquisition import Guide, acquire, parse_accuracy, start_up_plan
+from cdprcal.acquisition import (
+    Acquired,
+    Estimate,
+    Guide,
+    acquire,
+    parse_accuracy,
+    start_up_plan,
+)
+from cdprcal.acquisition.monitor import Monitor
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import load_log
 from cdprcal.studies import Workers
@@ -232,6 +242,34 @@ def test_a_start_up_can_go_on_elsewhere(robot: cdprcal.Robot, plan: cdprcal.Plan
     np.testing.assert_array_equal(run.command.tension_setpoint_N, elsewhere)
 
 
+def test_who_chooses_a_way_says_so_before_it_is_gone(
+    robot: cdprcal.Robot, plan: cdprcal.Plan
+) -> None:
+    """The corridor covers it then: the plan's own order never goes there."""
+    run = Stepper(robot, plan)
+    ways: list[tuple[cdprcal.Pose, np.ndarray, cdprcal.StartUpPlan]] = []
+    guide = Guide(
+        robot,
+        plan,
+        run.startup,
+        asked=parse_accuracy("0.001mm,0.0001deg"),
+        quick=True,
+        on_way=lambda *way: ways.append(way),
+    )
+    while len(ways) < 3:
+        sample = run.device.read()
+        command = run.startup.step(sample)
+        guide.step(command, sample, True)
+        run.device.command(command)
+        assert not run.startup.finished
+    begins_N = [tension_N for _, tension_N, _ in ways]
+    np.testing.assert_array_equal(begins_N[0], plan.start_tension_N)
+    for (_, _, way), (pose, begin_N, _) in itertools.pairwise(ways):
+        np.testing.assert_array_equal(way.setpoint_N[-1], begin_N)
+        stop = next(s for s in plan.poses if np.array_equal(s.tension_N, begin_N))
+        np.testing.assert_array_equal(stop.pose.position_m, pose.position_m)
+
+
 def test_until(cli: Callable[..., Ran], plan: cdprcal.Plan, tmp_path: Path) -> None:
     path, log = tmp_path / "plan.csv", tmp_path / "run.csv"
     path.write_text(cdprcal.format_plan(plan))
@@ -263,6 +301,23 @@ def test_until(cli: Callable[..., Ran], plan: cdprcal.Plan, tmp_path: Path) -> N
     assert not (tmp_path / "no.csv").exists()
 
 
+def test_until_of_a_platform_that_cannot_turn_is_of_its_position(
+    cli: Callable[..., Ran], tmp_path: Path
+) -> None:
+    assert parse_accuracy("1.5mm", turns=False).rotation_rad == math.inf
+    assert parse_accuracy("1.5mm,1rad", turns=False).rotation_rad == 1.0
+    with pytest.raises(InputError, match=r"of the position, for example 5mm$"):
+        parse_accuracy("1deg", turns=False)
+    plan = tmp_path / "plan.csv"
+    assert cli("plan", "hang4", "-o", plan).code == 0
+    ran = cli("acquire", "hang4", plan, "-o", tmp_path / "run.csv", "--until", "5mm", "--json")
+    asked = json.loads(ran.stdout)["asked"]
+    assert asked == {"position_sigma_m": 0.005, "rotation_sigma_rad": None, "reached": True}
+    assert ran.code == 0
+    ran = cli("acquire", "irma4", plan, "-o", tmp_path / "no.csv", "--until", "5mm")
+    assert ran.code == 2
+
+
 def test_until_is_not_fooled_by_a_single_rest(
     cli: Callable[..., Ran], tmp_path: Path, default_plan: Path
 ) -> None:
@@ -288,6 +343,53 @@ def test_until_is_not_fooled_by_a_single_rest(
     ).result
     assert len(document["rests"]) >= 3
     assert np.linalg.norm(result.poses[0].position_m - was) < 0.005
+
+
+def test_until_goes_on_while_something_speaks_against_the_pose(
+    cli: Callable[..., Ran], tmp_path: Path, default_plan: Path
+) -> None:
+    """A pulley is 10 mm from where the file has it: σ is small at once, and the pose is off."""
+    log = tmp_path / "run.csv"
+    ran = cli(
+        *("acquire", "irma4", default_plan, "-o", log, "--json", "--seed", 2),
+        *("--until", "10mm,1deg", "--effect", "frame_anchors=0.01,0,0,0,0,0,0,0,0,0,0,0"),
+    )
+    assert ran.code == 3, ran.stderr
+    document = json.loads(ran.stdout)
+    assert not document["asked"]["reached"]
+    assert document["state"] == "done"
+    assert len(document["rests"]) == document["setpoints"]  # all of the plan
+    assert all("misfit" in estimate["caveats"] for estimate in document["estimates"][2:])
+    assert "with caveats: misfit" in ran.stderr
+    calibrated = cli("calibrate", "irma4", log, "--json")
+    assert calibrated.code == 3
+    assert document["caveats"] == json.loads(calibrated.stdout)["caveats"]
+
+
+def test_an_estimate_that_is_not_to_be_trusted_has_no_sigma() -> None:
+    good = Estimate(9.0, 3, "converged", "", 1e-3, 1e-3, "", None, None, False)
+    assert str(good) == "after 3 rests: ± 1 mm, ± 0.057° (1 σ, worst axis)"
+    for status, words in (("not_converged", "not converged"), ("converged", "not to be trusted")):
+        said = str(replace(good, status=status, trusted=False))
+        assert words in said
+        assert "±" not in said
+    assert not replace(good, trusted=False).as_event()["trusted"]
+
+
+def test_the_end_says_that_there_is_no_pose(
+    robot: cdprcal.Robot, capsys: pytest.CaptureFixture[str]
+) -> None:
+    why = "a minimum was found, but it contradicts the readings"
+    off = Estimate(9.0, 3, "not_converged", why, 1e-3, 1e-3, "", None, None, False, trusted=False)
+    plan = cdprcal.make_plan(robot, positions_m=[np.array([0.0, 0.0, 0.9])]).plan
+    guide = Guide(robot, plan, cdprcal.StartUp(robot, start_up_plan(plan)))
+    guide.estimates.append(off)
+    run = Acquired(cdprcal.StartUpState.done, "", (), 0.0, 9.0, 90)
+    Monitor(robot, plan, "run.csv").print_end(run, "irma4", guide)
+    said = capsys.readouterr().out
+    assert "after 3 rests: not converged" in said
+    assert why in said
+    assert "next: cdprcal check irma4 run.csv, then cdprcal diagnose irma4 run.csv" in said
 
 
 def test_a_start_up_that_waits_for_no_rest_ends_when_the_pose_is_known(

@@ -50,10 +50,13 @@ def test_a_platform_that_is_led_away_is_stopped(
     held = start_up(robot, low_plan, tmp_path / "held.csv", injected(LYING), 0.1)
     assert held.run.state == cdprcal.StartUpState.holding
     said = re.search(
-        r"leaves the plan's corridor: z = (\S+) ± (\S+) m, where 0\.09\d to 1\.300 m",
+        r"leaves the plan's corridor: z = (\S+) ± (\S+) m, at the end of a stop from here (\S+) m, "
+        r"where (0\.09\d) to 1\.300 m",
         held.run.reason,
     )
     assert said, held.run.reason
+    now_m, _, end_m, least_m = map(float, said.groups())
+    assert end_m <= least_m <= now_m  # both are said: that it is still inside, and why it stops
     assert held.excess_m < 0.02
     assert held.lowest_m > free.lowest_m
 
@@ -124,7 +127,9 @@ def test_a_floor_that_the_plan_goes_below_is_refused(
 
 
 def test_both_reasons_have_a_remedy() -> None:
-    assert "--corridor-m" in remedy_for("the platform leaves the plan's corridor: z = …")
+    corridor = remedy_for("the platform leaves the plan's corridor: z = …")
+    # Load cells that lie, an encoder that counts backwards, an AHRS askew: all lead away.
+    assert all(word in corridor for word in ("load cells", "encoders", "AHRS", "--corridor-m"))
     assert "--floor-m" in remedy_for("the platform comes too close to the floor: its …")
 
 
@@ -135,8 +140,11 @@ def test_the_command(cli: Callable[..., Ran], low_plan: cdprcal.Plan, tmp_path: 
     ran = cli("acquire", "irma4", plan, "--quick", "-o", log, "--json", *effects)
     assert ran.code == 1
     assert "leaves the plan's corridor: z" in json.loads(ran.stdout)["reason"]
-    ran = cli("acquire", "irma4", plan, "-o", log, "--quick", "--corridor-m", "-1")
-    assert ran.code == 2
+    for corridor in ("-1", "nan"):
+        ran = cli("acquire", "irma4", plan, "-o", tmp_path / "no.csv", f"--corridor-m={corridor}")
+        assert ran.code == 2
+        assert f"corridor: {corridor} m must be 0 to 2.31 m" in ran.stderr
+        assert ran.stderr.endswith("; give a --corridor-m within that\n")
 
 
 # --- the tracking itself, on exact readings ------------------------------------------------------
@@ -343,6 +351,62 @@ def test_a_margin_may_be_as_wide_as_the_frame_and_no_wider(robot: cdprcal.Robot)
         PoseGuard(robot, plan, most_m * (1.0 + 1e-9))
 
 
+def test_the_margin_grows_with_the_ways(robot: cdprcal.Robot) -> None:
+    """A robot ten times as large goes ten times as far, and swings past its stops in proportion."""
+    plan = small_plan(robot)
+    assert PoseGuard(robot, plan).margin_m == 0.1
+    yaml = cdprcal.to_yaml(robot)
+    large = cdprcal.parse_robot(
+        re.sub(
+            r"position_m: \[(.*?)\]",
+            lambda m: f"position_m: [{', '.join(str(10 * float(v)) for v in m[1].split(','))}]",
+            yaml,
+        ),
+        "large.yaml",
+    )
+    far = cdprcal.make_plan(large, positions_m=[np.array([2, 2, 8]), np.array([-2, -2, 8])]).plan
+    places_m = [far.start_pose.position_m, *(stop.pose.position_m for stop in far.poses)]
+    longest_m = max(float(np.linalg.norm(b - a)) for a, b in itertools.pairwise(places_m))
+    assert longest_m > 5.0
+    assert PoseGuard(large, far).margin_m == pytest.approx(0.05 * longest_m)
+    assert PoseGuard(large, far, 0.1).margin_m == 0.1
+
+
+def test_a_way_that_the_plan_does_not_take_is_admitted(
+    robot: cdprcal.Robot, low_plan: cdprcal.Plan
+) -> None:
+    """Past a place that no stop is near, and back: what hangs between counts."""
+    plan = small_plan(robot)
+    guard = PoseGuard(robot, plan, 0.1)
+    low_m, high_m = guard.lower_m, guard.upper_m
+    last, aside = plan.poses[-1], low_plan.poses[1]
+    passed_N = [last.tension_N, aside.tension_N, plan.poses[0].tension_N]
+    at, held_m = last.pose, []
+    for from_N, to_N in itertools.pairwise(passed_N):
+        for share in np.arange(1, 9) / 8:
+            found = cdprcal.direct_from_tensions(robot, from_N + share * (to_N - from_N), at).pose
+            assert found is not None
+            at = found
+            held_m.append(at.position_m)
+    guard.admit(last.pose, last.tension_N, cdprcal.StartUpPlan(passed_N[1:]))
+    np.testing.assert_allclose(guard.lower_m, np.min([low_m, *held_m], axis=0), atol=1e-6)
+    np.testing.assert_allclose(guard.upper_m, np.max([high_m, *held_m], axis=0), atol=1e-6)
+    assert (guard.lower_m < low_m - 0.1).any()
+    before_m = guard.lower_m
+    guard.admit(last.pose, last.tension_N, cdprcal.StartUpPlan([]))  # no way
+    np.testing.assert_array_equal(guard.lower_m, before_m)
+
+
+def test_a_way_by_lengths_is_admitted_as_it_is_led() -> None:
+    robot = cdprcal.load_robot("hang4")
+    plan = cdprcal.make_plan(robot).plan
+    guard = PoseGuard(robot, plan, 0.05)
+    there = cdprcal.plus(plan.start_pose, np.array([0, 0, -0.9, 0, 0, 0]))
+    way = cdprcal.StartUpPlan([plan.start_tension_N], pose=[there])
+    guard.admit(plan.start_pose, plan.start_tension_N, way)
+    assert guard.lower_m[2] == there.position_m[2]
+
+
 # --- what it knows -------------------------------------------------------------------------------
 
 
@@ -421,6 +485,16 @@ def test_a_new_estimate_moves_the_platform_but_is_no_speed(robot: cdprcal.Robot)
     assert guard.position_m is not None
     np.testing.assert_allclose(guard.position_m, away.position_m, atol=1e-4)
     assert guard.look(readings(robot, begin, 0.06)) == ""
+
+
+def test_noise_of_the_place_is_no_speed(robot: cdprcal.Robot) -> None:
+    """5 mm to and fro at every look, 0.05 m from the edge: from look to look that is 0.5 m/s."""
+    guard, begin = tracked(robot, margin_m=0.1)
+    up_m = guard.upper_m[2] + 0.05 - begin.position_m[2]
+    for k in range(1, 20):
+        near = cdprcal.plus(begin, np.array([0, 0, up_m + 0.005 * (-1) ** k, 0, 0, 0]))
+        guard.learn(known(begin, 1e-12 * np.eye(6))) if k == 1 else None
+        assert guard.look(readings(robot, near, 0.02 * k)) == ""
 
 
 def test_the_floor_is_for_the_lowest_point_of_a_platform_that_tilts(robot: cdprcal.Robot) -> None:

@@ -139,6 +139,20 @@ def test_what_is_in_the_way_everywhere_is_named(cli: Cli, line: str, tmp_path: P
     assert ran.code == 1
 
 
+@pytest.mark.parametrize(("name", "code"), [("hang4", 1), ("belts4", 1), ("posts8", 0)])
+def test_only_what_can_turn_may_hang_in_another_orientation(
+    cli: Cli, name: str, code: int, tmp_path: Path
+) -> None:
+    """Lengths hold all three in one orientation; of a point there is no other to look in."""
+    text = cdprcal.builtin_robot_yaml(name).replace("floor_m: 0\n", "")
+    (tmp_path / "shut.yaml").write_text(f"{text}floor_m: 50\n")
+    ran = cli("check", tmp_path / "shut.yaml", "--json")
+    (finding,) = (f for f in json.loads(ran.stdout)["findings"] if f["code"] == "no_workspace")
+    assert ran.code == code
+    assert finding["severity"] == ("error" if code else "warning")
+    assert ("--orientation" in finding["remedy"]) == (code == 0)
+
+
 def test_a_point_needs_no_inertia(cli: Cli, tmp_path: Path) -> None:
     corners = ([0, 0, 2], [3, 0, 2], [3, 0, 0], [0, 0, 0])
     pulleys = "".join(f"  - pulley: {{radius_m: 0, position_m: {at}}}\n" for at in corners)

@@ -315,6 +315,7 @@ BAD = {
     "picture's format": (["--plot", "mesh.gif"], (r"mesh\.gif", r"\.png")),
     "no such folder": (["-o", "nowhere/mesh.ply"], ("nowhere/mesh.ply", "cannot be written")),
     "nothing there": (["--box", "-0.2,-0.2,1.7:0.2,0.2,1.83"], ("no static workspace",)),
+    "lambda for nothing": (["--lambda", "50"], ("--lambda: barycentre", "given_lambda")),
     "probe": (["--probe", "1,2"], ("--probe", "has 2 numbers; give 3")),
 }
 

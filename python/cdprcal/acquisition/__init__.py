@@ -2,6 +2,7 @@
 
 from cdprcal.acquisition.guide import Estimate, Guide, parse_accuracy
 from cdprcal.acquisition.pose_guard import PoseGuard
+from cdprcal.acquisition.power_on import PowerOn
 from cdprcal.acquisition.procedure import Acquired, acquire, start_up_options
 from cdprcal.planning.start_up import start_up_plan
 
@@ -10,6 +11,7 @@ __all__ = [
     "Estimate",
     "Guide",
     "PoseGuard",
+    "PowerOn",
     "acquire",
     "parse_accuracy",
     "start_up_options",

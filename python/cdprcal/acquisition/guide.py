@@ -14,6 +14,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,10 @@ from numpy.typing import NDArray
 from cdprcal import _core
 from cdprcal._core import RobotSample, StartUp, StartUpCommand, StartUpState
 from cdprcal.acquisition.told import Told, settled, told_by
-from cdprcal.trust import worst_sigma
+from cdprcal.check import caveats_with_log
+from cdprcal.findings import Finding
+from cdprcal.io.loaded import LogFile
+from cdprcal.trust import against_pose, worst_sigma
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,8 @@ class Estimate:
     told: Told | None = None  #: by a diagnosis of the log so far, where one was asked for
     in_motion: bool = False  #: from the motion, too; ``rests``: set-points that were passed
     trusted: bool = True  #: it converged, and its covariance allows for what the model misfits
+    #: Of one with the accuracy asked for: what ``calibrate`` on the log so far says against it.
+    caveats: tuple[Finding, ...] = ()
 
     def as_event(self) -> dict[str, Any]:
         """The estimate for the log and ``--json``: SI, None where nothing is known."""
@@ -50,29 +56,36 @@ class Estimate:
             "time_s": self.time_s,
             "rests": self.rests,
             "status": self.status,
+            "trusted": self.trusted,
             "position_m": None if known is None else [float(v) for v in known.position_m],
             "rotation": None if known is None else known.rotation.tolist(),
             "position_sigma_m": _number(self.position_sigma_m),
             "rotation_sigma_rad": _number(self.rotation_sigma_rad),
             "reached": self.reached,
             "in_motion": self.in_motion,
+            "caveats": [caveat.code for caveat in self.caveats],
         } | ({} if self.told is None else {"diagnosis": self.told.as_event()})
 
     def __str__(self) -> str:
         of = "set-point" if self.in_motion else "rest"
         after = f"after {self.rests} {of}{'s' * (self.rests != 1)}"
-        if not math.isfinite(self.position_sigma_m):
-            return f"{after}: {self.status.replace('_', ' ')}"
+        if not math.isfinite(self.position_sigma_m) or not self.trusted:
+            converged = self.status == _core.CalibrationStatus.converged.name
+            misfits = "not to be trusted, σ leaves out by what the model misfits"
+            return f"{after}: {misfits if converged else self.status.replace('_', ' ')}"
+        but = ", ".join(caveat.code for caveat in self.caveats)
         return (
             f"{after}: ± {1e3 * self.position_sigma_m:.2g} mm, "
             f"± {math.degrees(self.rotation_sigma_rad):.2g}° (1 σ, worst axis)"
+            + (f", with caveats: {but}" if but else "")
         )
 
 
-def parse_accuracy(text: str) -> _core.AskedAccuracy:
+def parse_accuracy(text: str, *, turns: bool = True) -> _core.AskedAccuracy:
     """``5mm,0.5deg`` (also ``m``, ``rad``; either order) as an AskedAccuracy.
 
-    Raises InputError for anything else.
+    Of a platform that cannot turn (``turns`` false) the position is enough, and any rotation will
+    do then. Raises InputError for anything else.
     """
     scale = {"mm": ("m", 1e-3), "m": ("m", 1.0), "deg": ("rad", math.pi / 180), "rad": ("rad", 1.0)}
     found: dict[str, float] = {}
@@ -87,10 +100,13 @@ def parse_accuracy(text: str) -> _core.AskedAccuracy:
             break
         kind, unit = scale[match[2]]
         found[kind] = value * unit
+    if not turns and "m" in found:
+        found.setdefault("rad", math.inf)
     if set(found) != {"m", "rad"}:
+        wanted = "of position and rotation, for example 5mm,0.5deg"
         raise _core.InputError(
-            f"--until: {text!r} is no accuracy: give standard deviations of position and rotation, "
-            "for example 5mm,0.5deg"
+            f"--until: {text!r} is no accuracy; give standard deviations "
+            f"{wanted if turns else 'of the position, for example 5mm'}"
         )
     return _core.AskedAccuracy(position_m=found["m"], rotation_rad=found["rad"])
 
@@ -98,6 +114,10 @@ def parse_accuracy(text: str) -> _core.AskedAccuracy:
 #: Before a run may end early. After fewer, readings and unknowns are so nearly alike in number that
 #: load cells with wrong gains do not show as a misfit, and the estimate is off by several σ.
 _FEWEST_RESTS = 3
+#: Caveats that leave the accuracy to who asked for it.
+_ABOUT_ACCURACY = ("imprecise",)
+#: What healthy robots that never rest have, too: residuals are held against the scatter at rest.
+_ALSO_IN_MOTION = ("misfit",)
 #: Between two estimates of a run that does not wait for rests, where an accuracy is asked for; two
 #: in a row must have it, since how much neighbouring moments hang together is estimated, too.
 _IN_MOTION_EVERY_S = 1.0
@@ -116,7 +136,8 @@ class Guide:
     are those of ``calibrate_in_motion``, at every set-point passed; with ``asked``, every second.
 
     ``background``: estimate on a thread of its own, so that no control cycle is late; for robots
-    whose clock does not wait. ``options``: of the estimate.
+    whose clock does not wait. ``options``: of the estimate. ``on_way``: called with the pose and
+    the tensions [N] that a chosen way begins at, and the way, before it is gone.
     """
 
     def __init__(
@@ -132,11 +153,14 @@ class Guide:
         background: bool = False,
         options: _core.CalibrateOptions | None = None,
         progress: Callable[[float], object] | None = None,
+        on_way: Callable[[_core.Pose, NDArray[np.float64], _core.StartUpPlan], object]
+        | None = None,
     ) -> None:
         self._robot = robot
         self._plan = plan
         self._startup = startup
         self._asked = asked
+        self._on_way = on_way
         self._diagnoses = diagnoses
         self.settled = ""  #: why the diagnosis ended the run; empty: it did not
         self._quick = quick
@@ -175,8 +199,13 @@ class Guide:
 
     @property
     def reached(self) -> bool:
-        """Whether the accuracy asked for was reached."""
+        """Whether the accuracy asked for was reached, and nothing speaks against the pose."""
         return bool(self.estimates) and self.estimates[-1].reached
+
+    @property
+    def caveats(self) -> tuple[Finding, ...]:
+        """What speaks against a pose whose σ is as was asked for; none where it is larger."""
+        return self.estimates[-1].caveats if self.estimates else ()
 
     def step(self, command: StartUpCommand, sample: RobotSample, logged: bool) -> Estimate | None:
         """To be called with every command; an estimate when there is a new one."""
@@ -273,6 +302,13 @@ class Guide:
             choice = self._telling(measured, {} if told is None else told.worth)
             self._chose = True
         way = choice.way if choice is not None else _core.StartUpPlan([])
+        if self._on_way is not None:
+            at = self._plan.poses[target] if target is not None else None
+            self._on_way(
+                self._plan.start_pose if at is None else at.pose,
+                self._plan.start_tension_N if at is None else at.tension_N,
+                way,
+            )
         times = [] if self._quick else way.transition_s
         self._startup.go_on_with(_core.StartUpPlan(list(way.setpoint_N), times, way.via, way.pose))
         del self._stops[command.setpoint + 1 :]
@@ -314,9 +350,11 @@ class _Work:
     good_before: bool  #: whether the last estimate had the accuracy
 
     def __call__(self, begin: int, end: int, rests: int) -> Estimate:
+        caveats: tuple[Finding, ...] = ()
         if self.online is None:
             log = self.rows.log(0, end)
-            result = _core.calibrate_in_motion(self.robot, log, self.options).calibration.result
+            found = _core.calibrate_in_motion(self.robot, log, self.options).calibration
+            result = found.result
         else:
             log = self.rows.log(begin, end)
             result = self.online.add(log)
@@ -326,11 +364,18 @@ class _Work:
             if self.online
             else lasts_s >= _LEAST_MOTION_S and self.good_before
         )
-        reached = enough and _is_trusted(result) and _has(self.asked, result.covariance)
+        reached = enough and self._is_good(result)
         if reached and self.online:
             # A live estimate does not look for what the model lacks; the whole procedure does.
-            result = _core.calibrate(self.robot, self.rows.log(0, end), self.options).result
-            reached = _is_trusted(result) and _has(self.asked, result.covariance)
+            found = _core.calibrate(self.robot, self.rows.log(0, end), self.options)
+            result = found.result
+            reached = self._is_good(result)
+        if reached:
+            file = LogFile(Path(), "csv", self.rows.log(0, end))
+            said = against_pose(caveats_with_log(self.robot, file, found))
+            beside = _ABOUT_ACCURACY if self.online else (*_ABOUT_ACCURACY, *_ALSO_IN_MOTION)
+            caveats = tuple(caveat for caveat in said if caveat.code not in beside)
+            reached = not caveats
         position_m, rotation_rad = worst_sigma(result.covariance) or (math.nan, math.nan)
         return Estimate(
             float(log.time_s[-1]),
@@ -348,7 +393,11 @@ class _Work:
             else None,
             self.online is None,
             _is_trusted(result),
+            caveats,
         )
+
+    def _is_good(self, result: _core.CalibrationResult) -> bool:
+        return _is_trusted(result) and _has(self.asked, result.covariance)
 
 
 def _is_trusted(result: _core.CalibrationResult) -> bool:

@@ -23,6 +23,7 @@ from cdprcal.acquisition.guide import Estimate, Guide
 from cdprcal.acquisition.procedure import STATES, Acquired
 from cdprcal.acquisition.remedies import remedy_for
 from cdprcal.interrupt import stopping
+from cdprcal.tables import print_findings
 from cdprcal.terminal import answers, as_typed, fixed, notes, say
 
 _REFRESH_S = 0.1
@@ -152,10 +153,19 @@ class Monitor:
         if guide.estimates:
             last = guide.estimates[-1]
             say(out, f"initial pose {last}")
+            if not last.trusted and last.reason:
+                say(out, last.reason)
             if last.told is not None:
                 ended = f" ({guide.settled})" if guide.settled else ""
                 say(out, f"{last.told}{ended}")
-            if self._guided and not guide.reached:
+            if last.caveats:
+                print_findings(last.caveats)
+                say(
+                    out,
+                    Text("the accuracy asked for was reached, with caveats", style="bold red")
+                    + Text(": the pose may be off by more than its σ", style="none"),
+                )
+            elif self._guided and not guide.reached:
                 weakest = f"; weakest: {last.least_observed}" if last.least_observed else ""
                 say(
                     out,
@@ -163,12 +173,20 @@ class Monitor:
                     + Text(f"{weakest}; plan more or more varied poses", style="none"),
                 )
         if done:
-            diagnosed = bool(guide.estimates) and guide.estimates[-1].told is not None
-            command = "diagnose" if diagnosed else "calibrate"
-            moving = ("--motion",) if guide.in_motion else ()
-            say(out, f"next: {as_typed(command, robot, self._log, *moving)}")
+            self._print_next(robot, guide)
         elif remedy := remedy_for(run.reason):
             say(out, f"what to do: {remedy}")
+
+    def _print_next(self, robot: str, guide: Guide) -> None:
+        last = guide.estimates[-1] if guide.estimates else None
+        moving = ("--motion",) if guide.in_motion else ()
+        diagnose = as_typed("diagnose", robot, self._log, *moving)
+        if last is not None and last.told is not None:
+            say(answers(), f"next: {diagnose}")
+        elif last is not None and (last.caveats or not last.trusted):
+            say(answers(), f"next: {as_typed('check', robot, self._log)}, then {diagnose}")
+        else:
+            say(answers(), f"next: {as_typed('calibrate', robot, self._log, *moving)}")
 
     def _interrupted(self, number: int, frame: FrameType | None) -> None:
         if self._stop and number == signal.SIGINT:

@@ -10,6 +10,8 @@ were meant to hold it, and every other sensor finds nothing wrong with that.
 from __future__ import annotations
 
 import math
+from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -22,9 +24,14 @@ from cdprcal.acquisition.guide import Estimate
 
 _LOOK_S = 0.02  # the start-up steps at 50 Hz or more
 _STOP_S = 0.2  # in which a safe hold comes to a stop: half of it at the speed it had
+_SPEED_S = 0.1  # over which a speed is told: its noise then moves the end of a stop like its place
 _SIGMAS = 3.0
 _WAY_PARTS = 8  # of a way from stop to stop: where one meets the next is looked at beforehand
 _FIRST_STEPS = 20  # of Gauss-Newton, after a new estimate
+_LEAST_MARGIN_M = 0.1
+#: Of a way: how far a healthy platform swings past its end, or lags beside it. Both grow with the
+#: distance. Simulated robots of 0.3 to 40 m, at the plan's speed and with --quick: up to 0.04.
+_PAST_THE_END = 0.05
 
 
 @dataclass(frozen=True)
@@ -38,6 +45,7 @@ class Place:
 class PoseGuard:
     """The corridor is the box that the plan's poses and ways span, ``margin_m`` wider on all sides.
 
+    margin_m: None: 0.1 m, or 5 % of the plan's longest way from stop to stop where that is more.
     floor_m: z that neither the platform's point nor any anchor or corner of it may go below [m];
     -inf: that of the robot file, if any; the higher of the two counts. What else the robot file
     says is in the way ends the motion, too.
@@ -49,24 +57,29 @@ class PoseGuard:
         self,
         robot: _core.Robot,
         plan: _core.Plan,
-        margin_m: float,
+        margin_m: float | None = None,
         floor_m: float = -math.inf,
     ) -> None:
         pulleys_m = np.array([cable.pulley.position_m for cable in robot.cables])
         most_m = float(np.ptp(pulleys_m, axis=0).max())
+        if margin_m is None:
+            margin_m = min(most_m, max(_LEAST_MARGIN_M, _PAST_THE_END * _longest_way_m(plan)))
         if not 0.0 <= margin_m <= most_m:
             raise InputError(
-                f"corridor: {margin_m:g} m must be 0 to {most_m:.3g} m, what the pulleys span"
+                f"corridor: {margin_m:g} m must be 0 to {most_m:.3g} m, what the pulleys span; "
+                "give a --corridor-m within that"
             )
         if math.isnan(floor_m) or floor_m == math.inf:
-            raise InputError(f"floor: {floor_m:g} m must be a height")
+            raise InputError(
+                f"floor: {floor_m:g} m must be a height; give --floor-m as z in metres"
+            )
         self._robot = robot
         self._motion = _core.motion_basis(robot)
         planned = _planned_poses(robot, plan)
         places_m = [pose.position_m for pose in planned]
         #: What the plan spans, without the margin [m].
         self.lower_m, self.upper_m = np.min(places_m, axis=0), np.max(places_m, axis=0)
-        self._margin_m = margin_m
+        self.margin_m = margin_m
         self._floor_m = max(floor_m, robot.surroundings.floor_m)
         self._low_m = np.array(
             [cable.platform_anchor_m for cable in robot.cables]
@@ -84,6 +97,7 @@ class PoseGuard:
         self._now: Pose | None = None
         self._steps = _FIRST_STEPS
         self._seen_s = math.nan
+        self._seen: deque[tuple[float, NDArray[np.float64]]] = deque()
         self._velocity_m_s = np.zeros(3)
         self.sigma_m = np.full(3, math.nan)  #: of the position now, by axis [m]
 
@@ -96,6 +110,23 @@ class PoseGuard:
     def place(self) -> Place | None:
         """The same with its standard deviation."""
         return None if self._now is None else Place(self._now.position_m, self.sigma_m)
+
+    def admit(self, at: Pose, tension_N: NDArray[np.float64], way: _core.StartUpPlan) -> None:
+        """Widens the corridor by a way that the plan's order does not take, before it is gone.
+
+        From a pose and its tensions [N] through the set-points of ``way``.
+        """
+        poses = list(way.pose)
+        if not _core.holds_orientation(self._robot):
+            for from_N, to_N in pairwise([tension_N, *way.setpoint_N]):
+                part = _held(self._robot, at, np.linspace(from_N, to_N, _WAY_PARTS + 1)[1:])
+                poses += part
+                if len(part) < _WAY_PARTS:
+                    break
+                at = part[-1]
+        places_m = [pose.position_m for pose in poses]
+        self.lower_m = np.min([self.lower_m, *places_m], axis=0)
+        self.upper_m = np.max([self.upper_m, *places_m], axis=0)
 
     def learn(self, estimate: Estimate) -> None:
         """Takes over a new estimate of the initial pose, if it is one that can be trusted."""
@@ -117,11 +148,21 @@ class PoseGuard:
             if stepped is None:
                 return ""
             now = stepped
-        if self._now is not None and self._steps == 1:
-            went_m = now.position_m - self._now.position_m
-            self._velocity_m_s = went_m / (sample.time_s - self._seen_s)
+        if self._steps > 1:
+            self._seen.clear()
+        self._follow(sample.time_s, now.position_m)
         self._now, self._seen_s, self._steps = now, sample.time_s, 1
         return self._outside(now)
+
+    def _follow(self, time_s: float, position_m: NDArray[np.float64]) -> None:
+        """How fast it goes; as before where nothing tells yet."""
+        until_s = time_s - _SPEED_S + 1e-9
+        while len(self._seen) > 1 and self._seen[1][0] <= until_s:
+            self._seen.popleft()
+        if self._seen and self._seen[0][0] <= until_s:
+            began_s, began_m = self._seen[0]
+            self._velocity_m_s = (position_m - began_m) / (time_s - began_s)
+        self._seen.append((time_s, position_m))
 
     def _step(self, at: Pose, sample: RobotSample) -> Pose | None:
         """A step of Gauss-Newton from a pose; None where it cannot be told."""
@@ -194,30 +235,41 @@ class PoseGuard:
 
     def _outside(self, now: Pose) -> str:
         """What is wrong with a pose, or with where a stop from there would end."""
-        allowed_m = np.maximum(self._margin_m, _SIGMAS * self.sigma_m)
-        ends_m = now.position_m + 0.5 * _STOP_S * self._velocity_m_s
-        for place_m in (now.position_m, ends_m):
+        allowed_m = np.maximum(self.margin_m, _SIGMAS * self.sigma_m)
+        further_m = 0.5 * _STOP_S * self._velocity_m_s
+        lowest_m = self._lowest_m(now)
+        for on_m in (np.zeros(3), further_m):
+            place_m = now.position_m + on_m
             excess_m = np.maximum(self.lower_m - place_m, place_m - self.upper_m) - allowed_m
             axis = int(np.argmax(excess_m))
             if excess_m[axis] > 0.0:
                 return (
                     f"the platform leaves the plan's corridor: {'xyz'[axis]} = "
-                    f"{now.position_m[axis]:.3f} ± {self.sigma_m[axis]:.3f} m, where "
+                    f"{now.position_m[axis]:.3f} ± {self.sigma_m[axis]:.3f} m"
+                    f"{_ending(place_m[axis], on_m)}, where "
                     f"{self.lower_m[axis] - allowed_m[axis]:.3f} to "
                     f"{self.upper_m[axis] + allowed_m[axis]:.3f} m is allowed"
                 )
-        lowest_m = self._lowest_m(now)
-        for z_m in (lowest_m, lowest_m + ends_m[2] - now.position_m[2]):
-            if z_m < self._floor_m:
+            if lowest_m + on_m[2] < self._floor_m:
                 return (
                     f"the platform comes too close to the floor: its lowest point is at z = "
-                    f"{lowest_m:.3f} ± {self.sigma_m[2]:.3f} m, and {self._floor_m:.3f} m is the "
-                    "limit"
+                    f"{lowest_m:.3f} ± {self.sigma_m[2]:.3f} m"
+                    f"{_ending(lowest_m + on_m[2], on_m)}, and {self._floor_m:.3f} m is the limit"
                 )
-        for place_m in (now.position_m, ends_m):
             if found := _core.obstruction(self._robot, Pose(place_m, now.rotation)):
-                return f"something is in the platform's way: {found}"
+                where = ", at the end of a stop from here" if on_m.any() else ""
+                return f"something is in the platform's way{where}: {found}"
         return ""
+
+
+def _ending(at_m: float, on_m: NDArray[np.float64]) -> str:
+    """Where a stop would end, if it is that which is wrong."""
+    return f", at the end of a stop from here {at_m:.3f} m" if on_m.any() else ""
+
+
+def _longest_way_m(plan: _core.Plan) -> float:
+    places_m = np.array([plan.start_pose.position_m, *(s.pose.position_m for s in plan.poses)])
+    return float(np.linalg.norm(np.diff(places_m, axis=0), axis=1).max(initial=0.0))
 
 
 def _planned_poses(robot: _core.Robot, plan: _core.Plan) -> list[Pose]:
@@ -231,13 +283,20 @@ def _planned_poses(robot: _core.Robot, plan: _core.Plan) -> list[Pose]:
     if _core.holds_orientation(robot):  # lengths lead it, straight from pose to pose
         return poses
     for (pose, from_N), (_, to_N) in pairwise(stops):
-        at = pose
-        for tension_N in np.linspace(from_N, to_N, _WAY_PARTS, endpoint=False)[1:]:
-            found = _core.direct_from_tensions(robot, tension_N, at)
-            if found.pose is None or found.status != _core.EquilibriumStatus.found:
-                break
-            at = found.pose
-            poses.append(at)
+        between_N = np.linspace(from_N, to_N, _WAY_PARTS, endpoint=False)[1:]
+        poses += _held(robot, pose, between_N)
+    return poses
+
+
+def _held(robot: _core.Robot, at: Pose, tensions_N: Iterable[NDArray[np.float64]]) -> list[Pose]:
+    """Where tensions hold the platform one after the other, until they do not."""
+    poses: list[Pose] = []
+    for tension_N in tensions_N:
+        found = _core.direct_from_tensions(robot, tension_N, at)
+        if found.pose is None or found.status != _core.EquilibriumStatus.found:
+            break
+        at = found.pose
+        poses.append(at)
     return poses
 
 

@@ -9,8 +9,8 @@ REMEDIES: tuple[tuple[str, str], ...] = (
     ("stopped by the operator", "acquire again when the robot may move"),
     (
         "leaves the plan's corridor",
-        "check the load cells' zeros and what hangs at the cables; where there is room, acquire "
-        "with a wider --corridor-m",
+        "check the load cells' zeros, the signs and scales of the encoders, the AHRS's mounting "
+        "and what hangs at the cables; where there is room, acquire with a wider --corridor-m",
     ),
     ("too close to the floor", "plan higher, or check --floor-m and the load cells' zeros"),
     (
@@ -30,6 +30,11 @@ REMEDIES: tuple[tuple[str, str], ...] = (
         "look for a busy or adjusted clock; acquire again",
     ),
     ("over-tension", "lower the plan's tensions or its speed, and look for a caught cable"),
+    (
+        "slack at power-on",
+        "tighten that cable, or let the platform hang freely, and check its load cell: plug, zero "
+        "and sign; then acquire again",
+    ),
     ("slack", "raise the least tension: plan again with a higher --margin-n"),
     ("does not follow its set-point", "check the load cell's sign and scale, and the winch's gain"),
     (

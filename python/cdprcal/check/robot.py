@@ -189,7 +189,7 @@ def _hangs(robot: _core.Robot) -> tuple[float | None, list[Finding]]:
         return None, [_finding("warning", "no_workspace", f"no workspace: {error}", remedy)]
     if not workspace.points_inside:
         why = f"the platform can hang nowhere: {_core.explain_empty(workspace)}"
-        if not _core.holds_orientation(robot):
+        if not _core.holds_orientation(robot) or "R" not in robot.platform.motion:
             return None, [_finding("error", "no_workspace", why, remedy)]
         # In one orientation: there may be others, and other ways to be held.
         remedy += "; cdprcal workspace --orientation looks in another"

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cdprcal.cli.live import LiveOption, LiveStopOption, PortOption, live_page
+from cdprcal.cli.plan_file import plan_of
 from cdprcal.command import (
     DONE,
     UNTRUSTED,
+    WITH_CAVEATS,
     EffectsOption,
     JsonOption,
     RobotArgument,
@@ -24,12 +26,11 @@ from cdprcal.completion import injected_effects
 
 if TYPE_CHECKING:
     from cdprcal import _core
-    from cdprcal.acquisition import Acquired
+    from cdprcal.acquisition import Acquired, Guide
     from cdprcal.hardware.connect import SessionBackend
     from cdprcal.hardware.session import Session
     from cdprcal.testing.simulated_devices.connect import SimulatedSession
 
-_MOST_PLAN_BYTES = 64_000_000  # what the C++ reader takes
 EXAMPLE = (
     "Example: cdprcal plan irma4 -o plan.csv && cdprcal acquire irma4 plan.csv --seed 3 -o run.mcap"
     "\n\nOver CANopen, drives simulated: cdprcal acquire irma4 plan.csv --backend canopen "
@@ -113,9 +114,11 @@ def command(
         typer.Option(
             metavar="ACCURACY",
             help="Stop, after three rests (with --motion, ten seconds) or more, when the initial "
-            "pose is known this well (1 sigma, worst axis), for example 5mm,0.5deg; the stops of "
-            "the plan are then visited in the order in which they teach most. Exit code 1 when all "
-            "of them are not enough.",
+            "pose is known this well (1 sigma, worst axis), for example 5mm,0.5deg (5mm where the "
+            "platform cannot turn); the stops of "
+            "the plan are then visited in the order in which they teach most, and go on while "
+            "calibrate would have caveats. Exit code 1 when all of them are not enough, 3 when "
+            "they are but for caveats.",
         ),
     ] = "",
     diagnose: Annotated[
@@ -138,15 +141,15 @@ def command(
         ),
     ] = False,
     corridor_m: Annotated[
-        float,
+        float | None,
         typer.Option(
             "--corridor-m",
-            min=0.0,
-            help="How far the platform may leave the box of the plan's poses and ways, by the "
-            "estimate after every rest and the sensors since. Where three sigma are more they "
-            "count.",
+            help="How far the platform may leave the box of the plan's poses and ways (those that "
+            "--until and --diagnose choose, too), by the estimate after every rest and the sensors "
+            "since. Where three sigma are more they count.",
+            show_default="0.1, or 5 % of the plan's longest way where that is more",
         ),
-    ] = 0.1,
+    ] = None,
     floor_m: Annotated[
         float | None,
         typer.Option("--floor-m", help="z that no point of the platform may go below."),
@@ -171,15 +174,16 @@ def command(
     pose is estimated while it goes on. Ctrl-C, a closed terminal, a fault of a sensor or drive, a
     slack or overloaded cable, a full disk: the winches stop and lock, and the log is kept. It holds
     the robot file, the plan and the seed: all that is needed to solve again. Exit code 1: the robot
-    was stopped early.
+    was stopped early. 0: the log is whole, whatever calibrate will say of it; with --until, of the
+    pose, too.
     """
     from pathlib import Path
 
     from cdprcal import _core
-    from cdprcal._core import InputError
     from cdprcal.acquisition import (
         Guide,
         PoseGuard,
+        PowerOn,
         acquire,
         parse_accuracy,
         start_up_options,
@@ -191,7 +195,7 @@ def command(
     from cdprcal.hardware import BACKENDS
     from cdprcal.hardware.simulated import SimulatedBackend
     from cdprcal.io import AcquisitionInputs, open_live_log
-    from cdprcal.io.files import read_utf_8, refuse_unwritable, shown_path, write_text
+    from cdprcal.io.files import refuse_unwritable, shown_path, write_text
     from cdprcal.io.log_file import is_mcap_name
     from cdprcal.io.replacing import may_replace
     from cdprcal.results import strict_json
@@ -218,21 +222,9 @@ def command(
                 f"{shown_path(truth)}: exists already and is no earlier truth; give another name "
                 "with --truth"
             )
-    asked = parse_accuracy(until) if until else None
     the_robot = robot_with_effects(robot, effects)
-    plan_text = read_utf_8(Path(plan), _MOST_PLAN_BYTES)
-    the_plan = _core.parse_plan(plan_text, plan)
-    if the_plan.robot_name != the_robot.name:
-        fail(
-            f"{plan}: is of robot {the_plan.robot_name}, not of {the_robot.name}; make one with "
-            "cdprcal plan"
-        )
-    try:
-        wrong = _core.verify_plan(the_robot, the_plan)
-    except InputError as error:
-        wrong = str(error).removeprefix("plan: ")
-    if wrong:
-        fail(f"{plan}: cannot be run with {the_robot.name}: {wrong}; make one with cdprcal plan")
+    asked = parse_accuracy(until, turns="R" in the_robot.platform.motion) if until else None
+    the_plan, plan_text = plan_of(the_robot, plan)
     shown = live_page(live, live_stop, port, the_robot, the_plan, output, bool(until))
     options = _core.SimulatorOptions(
         seed=seed, effects=[_core.parse_injected_effect(text, the_robot) for text in effect or []]
@@ -252,6 +244,10 @@ def command(
         devices.refuse_simulator_options(wired, effects=bool(effect), truth=bool(truth))
         startup = devices.start_up(wired, the_robot, visits, patience)
         paced = wired.simulated is None or wired.simulated.speed > 0.0
+    pose_guard = PoseGuard(
+        the_robot, the_plan, corridor_m, -math.inf if floor_m is None else floor_m
+    )
+    power_on = PowerOn(the_robot, patience)
     guide = Guide(
         the_robot,
         the_plan,
@@ -261,9 +257,7 @@ def command(
         quick=quick,
         in_motion=motion,
         background=paced,
-    )
-    pose_guard = PoseGuard(
-        the_robot, the_plan, corridor_m, -math.inf if floor_m is None else floor_m
+        on_way=pose_guard.admit,
     )
     device: SimulatedBackend | SessionBackend | SimulatedSession
     if wired is None:
@@ -282,7 +276,7 @@ def command(
         "until": until,
         "diagnose": diagnose,
         "motion": motion,
-        "corridor_m": corridor_m,
+        "corridor_m": pose_guard.margin_m,
         "floor_m": floor_m,
         "log_rate_Hz": rate_hz,
         "version": _version(),
@@ -338,7 +332,7 @@ def command(
             log_rate_Hz=rate_hz,
             stop=stop,
             watch=watch,
-            guard=pose_guard.look,
+            guard=lambda sample: power_on.look(sample) or pose_guard.look(sample),
         )
         page.end(run)
     guide.close()
@@ -348,10 +342,11 @@ def command(
         if asked is None
         else {
             "position_sigma_m": asked.position_m,
-            "rotation_sigma_rad": asked.rotation_rad,
+            "rotation_sigma_rad": asked.rotation_rad if math.isfinite(asked.rotation_rad) else None,
             "reached": guide.reached,
         },
         "settled": guide.settled or None,
+        "caveats": [caveat.as_dict() for caveat in guide.caveats],
     }
     if json:
         print_json(document)
@@ -359,8 +354,17 @@ def command(
         monitor.print_end(run, robot, guide)
     if truth:  # at last: how the run ended is said whatever becomes of this file
         write_text(Path(truth), strict_json({"poses": truth_rows(the_robot, poses)}))
-    short = asked is not None and not guide.reached
-    raise typer.Exit(UNTRUSTED if run.reason or short else DONE)
+    raise typer.Exit(exit_code(run, guide, asked))
+
+
+def exit_code(run: Acquired, guide: Guide, asked: _core.AskedAccuracy | None) -> int:
+    """Of a run, and where an accuracy was asked for of the pose."""
+    if run.reason:
+        return UNTRUSTED
+    if asked is None or guide.reached:
+        return DONE
+    severities = {caveat.severity for caveat in guide.caveats}
+    return WITH_CAVEATS if severities and "error" not in severities else UNTRUSTED
 
 
 def run_as_dict(run: Acquired, plan: _core.Plan, log: str) -> dict[str, object]:

@@ -165,9 +165,9 @@ def command(
 def exit_code(calibration: Calibration, caveats: Iterable[Finding]) -> int:
     """Of a calibration with these caveats."""
     from cdprcal._core import CalibrationStatus
-    from cdprcal.trust import ABOUT_RUN
+    from cdprcal.trust import against_pose
 
-    severities = {caveat.severity for caveat in caveats if caveat.code not in ABOUT_RUN}
+    severities = {caveat.severity for caveat in against_pose(caveats)}
     if calibration.result.status != CalibrationStatus.converged or "error" in severities:
         return UNTRUSTED
     return WITH_CAVEATS if severities else DONE

@@ -7,12 +7,26 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cdprcal.command import ForceOption, RobotArgument, keep_apart, keep_existing, reports_errors
+from cdprcal.cli.plan_file import plan_of
+from cdprcal.command import (
+    ForceOption,
+    RobotArgument,
+    fail,
+    keep_apart,
+    keep_existing,
+    reports_errors,
+)
 from cdprcal.option_values import parse_grid, parse_sensors
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from cdprcal import _core
 
+_GRID = "2x2x2"
+#: What the library says to do, whose functions take set-points.
+_IN_PYTHON = "; give set-points"
 EXAMPLE = "Example: cdprcal generate irma4 --grid 3x3x3 -o run.csv --truth truth.json"
 
 
@@ -24,8 +38,21 @@ def command(
         typer.Option("-o", "--output", metavar="FILE", help="Canonical log: .csv, or .mcap."),
     ],
     grid: Annotated[
-        str, typer.Option(metavar="NXxNYxNZ", help="Equilibria to visit, in a grid.")
-    ] = "2x2x2",
+        str,
+        typer.Option(
+            metavar="NXxNYxNZ",
+            help="Equilibria to visit, in a grid around the middle of the frame.",
+            show_default="2x2x2",
+        ),
+    ] = "",
+    plan: Annotated[
+        str,
+        typer.Option(
+            metavar="PLAN",
+            help="Instead of the grid, what a plan file (CSV) of cdprcal plan goes through, its "
+            "start first.",
+        ),
+    ] = "",
     noise: Annotated[
         float, typer.Option(min=0.0, help="Noise of the readings, in the robot's own sigma.")
     ] = 0.1,
@@ -58,7 +85,9 @@ def command(
     from cdprcal.results import pose_as_dict, strict_json
     from cdprcal.terminal import answers, counted, say
 
-    keep_apart({"-o": output, "--truth": truth}, {"robot file": robot})
+    if plan and grid:
+        fail("--plan says where to go: leave out --grid")
+    keep_apart({"-o": output, "--truth": truth}, {"robot file": robot, "plan": plan})
     is_mcap_name(Path(output))
     keep_existing({"log": output, "truth": truth}, force=force)
     the_robot = _core.load_robot(robot)
@@ -69,7 +98,7 @@ def command(
         noise=_core.reading_noise(the_robot.sigma, noise, absolute=True),
         seed=seed,
     )
-    setpoints, poses = _core.default_stops(the_robot, *parse_grid(grid))
+    setpoints, poses = stops_of(the_robot, plan) if plan else grid_stops(the_robot, grid)
     groups = parse_sensors(sensors)
     held = _core.holds_orientation(the_robot)
     made = _core.synthetic_log(the_robot, setpoints, options, poses if held else [])
@@ -86,6 +115,41 @@ def command(
         f"{counted(len(setpoints), 'equilibrium', 'equilibria')}, "
         f"{made.log.time_s[-1]:g} s",
     )
+    for time_s, pose in zip(made.log.time_s.tolist(), made.poses, strict=True):
+        if found := _core.obstruction(the_robot, pose):
+            typer.echo(
+                f"cdprcal: note: at {time_s:g} s something is in the way that the log does not "
+                f"know of: {found}; what cdprcal plan writes keeps clear of it: give it with "
+                "--plan",
+                err=True,
+            )
+            break
+
+
+def stops_of(robot: _core.Robot, path: str) -> tuple[list[NDArray[np.float64]], list[_core.Pose]]:
+    """What a plan file goes through: tension set-points [N] and poses, its start first."""
+    plan, _ = plan_of(robot, path)
+    return (
+        [plan.start_tension_N, *(stop.tension_N for stop in plan.poses)],
+        [plan.start_pose, *(stop.pose for stop in plan.poses)],
+    )
+
+
+def grid_stops(robot: _core.Robot, grid: str) -> tuple[list[NDArray[np.float64]], list[_core.Pose]]:
+    """The same of a grid. Raises InputError where the robot has none."""
+    from cdprcal import _core
+    from cdprcal._core import InputError
+
+    counts = parse_grid(grid or _GRID)
+    try:
+        return _core.default_stops(robot, *counts)
+    except InputError as error:
+        why, in_python, _ = str(error).partition(_IN_PYTHON)
+        if not in_python:
+            raise
+        raise InputError(
+            f"{why}; let cdprcal plan find places, and give its file with --plan"
+        ) from None
 
 
 def with_sensors(log: _core.Log, groups: set[str]) -> _core.Log:

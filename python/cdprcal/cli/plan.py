@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -28,7 +29,7 @@ from cdprcal.option_values import (
     ThreadsOption,
     parse_box,
     parse_grid,
-    parse_numbers,
+    parse_lambda,
     parse_orientation,
     parse_position,
 )
@@ -50,8 +51,13 @@ def command(
     ] = "",
     grid: Annotated[
         str,
-        typer.Option("--grid", metavar="NXxNYxNZ", help="Positions along each side of the box."),
-    ] = "2x2x2",
+        typer.Option(
+            "--grid",
+            metavar="NXxNYxNZ",
+            help="Positions along each side of the box.",
+            show_default="2x2x2",
+        ),
+    ] = "",
     box: Annotated[
         str,
         typer.Option(
@@ -171,10 +177,17 @@ def command(
     if the_order != _core.VisitingOrder.random:
         for option in (option for option, given in shuffled.items() if given):
             fail(f"{option} is for a random order: leave out --order {order}")
+    if not 0.0 < speed < math.inf:
+        fail(f"--speed-m-s: {speed:g} is no speed; give metres per second above 0")
+    if not 0.0 < damping < 1.0:
+        fail(f"--damping: {damping:g} is no damping ratio; give one above 0 and below 1")
+    if grid and position:
+        fail("--position says where to measure: leave out --grid")
     the_robot = robot_with_effects(robot, effects)
+    the_distribution = _core.parse_tension_distribution(distribution)
     options: dict[str, Any] = {
         "box": parse_box("--box", box),
-        "grid": parse_grid(grid),
+        "grid": parse_grid(grid or "2x2x2"),
         "optimal": optimal,
         "positions_m": [parse_position("--position", text) for text in position or []] or None,
         "home_m": parse_position("--home", home) if home else None,
@@ -182,8 +195,8 @@ def command(
         "visits": 2 if visits is None else visits,
         "seed": 1 if seed is None else seed,
         "set_points": _core.SetPointOptions(
-            distribution=_core.parse_tension_distribution(distribution),
-            lambda_N=parse_numbers("--lambda", lambda_),
+            distribution=the_distribution,
+            lambda_N=parse_lambda(the_distribution, lambda_),
             tension_margin_N=margin,
             rotation=parse_orientation(the_robot, orientation),
         ),

@@ -28,7 +28,7 @@ from cdprcal.option_values import (
     OrientationOption,
     ThreadsOption,
     parse_box,
-    parse_numbers,
+    parse_lambda,
     parse_orientation,
     parse_position,
 )
@@ -137,6 +137,8 @@ def command(
     if plot:
         check_picture_name(Path(plot))
     keep_existing({"mesh": output, "picture": plot}, force=force)
+    the_distribution = _core.parse_tension_distribution(distribution)
+    lambda_N = parse_lambda(the_distribution, lambda_)
     with progress_bar() as show:
 
         def progress(done: _core.WorkspaceProgress) -> None:
@@ -146,8 +148,8 @@ def command(
             the_robot,
             box=the_box,
             step_m=round_step_m(the_box, 80_000) if step_m is None else step_m,
-            distribution=_core.parse_tension_distribution(distribution),
-            lambda_N=parse_numbers("--lambda", lambda_),
+            distribution=the_distribution,
+            lambda_N=lambda_N,
             stability=_stability(stability),
             rotation=parse_orientation(the_robot, orientation),
             seeds_m=seeds or None,

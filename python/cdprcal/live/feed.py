@@ -161,6 +161,7 @@ def estimate_message(
         "rests": estimate.get("rests"),
         "in_motion": estimate.get("in_motion", False),
         "status": str(estimate.get("status", "")),
+        "trusted": bool(estimate.get("trusted", True)),
         "pose": pose,
         "position_sigma_m": estimate.get("position_sigma_m"),
         "rotation_sigma_rad": estimate.get("rotation_sigma_rad"),

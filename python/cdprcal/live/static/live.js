@@ -108,12 +108,12 @@
     at("estimate").hidden = false;
     at("no-estimate").hidden = true;
     const degree = 180 / Math.PI;
-    const known = message.pose && message.position_sigma_m !== null;
+    const known = message.pose && message.position_sigma_m !== null && message.trusted;
     const of = message.in_motion ? "set-point" : "rest";
     const after = `After ${message.rests} ${of}${message.rests === 1 ? "" : "s"}`;
     at("known").textContent = known
       ? `${after}: ± ${(1e3 * message.position_sigma_m).toPrecision(2)} mm and ± ${(degree * message.rotation_sigma_rad).toPrecision(2)}° (1 σ, worst axis)${message.reached ? ": as well as was asked for" : ""}.`
-      : `${after}: ${message.status.replaceAll("_", " ")}.`;
+      : `${after}: ${message.status === "converged" ? "not to be trusted" : message.status.replaceAll("_", " ")}.`;
     const pose = [];
     if (known) {
       ["x", "y", "z"].forEach((name, i) => pose.push([name, `${fixed(message.pose.position_m[i], 4)} m`]));
@@ -141,7 +141,7 @@
   function drawShrink() {
     const degree = 180 / Math.PI;
     const trace = (name, key, factor, unit, axis, colour, symbol) => ({
-      x: estimates.map((e) => e.time_s), y: estimates.map((e) => (e[key] === null ? null : factor * e[key])),
+      x: estimates.map((e) => e.time_s), y: estimates.map((e) => (e[key] === null || !e.trusted ? null : factor * e[key])),
       name: `${name} [${unit}]`, mode: "lines+markers", yaxis: axis, line: { color: colour }, marker: { symbol, size: 7 },
     });
     Plotly.react("shrink", [trace("position", "position_sigma_m", 1e3, "mm", "y", cable(0), "circle"), trace("rotation", "rotation_sigma_rad", degree, "°", "y2", cable(1), "diamond")], layout(300, {
