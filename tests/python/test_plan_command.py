@@ -154,6 +154,41 @@ def test_other_robots_get_a_box_of_their_own(cli: Cli, tmp_path: Path, count: in
         assert min(pose["tension_N"]) >= 4.0 + 1.0 - 1e-9, "limit and margin of one sigma"
 
 
+def square_robot(path: Path) -> cdprcal.Robot:
+    """Four pulleys and four anchors at the corners of squares about one axis."""
+    cables = "".join(
+        f"""
+  - pulley:
+      radius_m: 0.02
+      position_m: [{1.4 * x}, {1.4 * y}, 2.4]
+      x_axis: [{-x * 2**-0.5}, {-y * 2**-0.5}, 0]
+      swivel_axis: [0, 0, -1]
+    platform_anchor_m: [{0.12 * x}, {0.12 * y}, 0.1]"""
+        for x, y in ((1, -1), (1, 1), (-1, 1), (-1, -1))
+    )
+    path.write_text(
+        f"""name: square
+platform:
+  mass_kg: 12
+  centre_of_mass_m: [0, 0, -0.1]
+  inertia_kg_m2: [[0.2, 0, 0], [0, 0.2, 0], [0, 0, 0.3]]
+cables:{cables}
+tension_limits_N: [10, 300]
+""",
+        encoding="utf-8",
+    )
+    return cdprcal.load_robot(path)
+
+
+def test_a_stop_where_cables_depend_on_one_another_is_one_of_the_plan(tmp_path: Path) -> None:
+    """On the axis of a symmetric robot one motion more is free; each stop has as many."""
+    robot = square_robot(tmp_path / "square.yaml")
+    plan = cdprcal.make_plan(robot, positions_m=[[0.0, 0.0, 1.3], [0.3, 0.2, 1.2]]).plan
+    assert {len(stop.natural_frequencies_hz) for stop in plan.poses} == {2}
+    cdprcal.write_plan(plan, tmp_path / "plan.csv")
+    assert len(cdprcal.read_plan(tmp_path / "plan.csv").poses) == len(plan.poses)
+
+
 def test_for_people(cli: Cli, tmp_path: Path) -> None:
     picture = tmp_path / "plan.png"
     ran = cli("plan", "irma4", "--optimal", 5, "--plot", picture)

@@ -556,7 +556,7 @@ bool Search::forward() {
       HeldOut held;
       const std::string name = refit.score.effect->name();
       const bool step = as_step(*refit.score.effect).has_value();
-      refit.score.p_value = step ? chance_at_most(refit.log_evidence, 1) : p_named.of(refit.score);
+      refit.score.p_value = step ? chance_at_most(refit.log_evidence) : p_named.of(refit.score);
       // Of steps the chance is a bound.
       const double share = step ? kNamedShare : kShareAtRest;
       const double least_p = share * options_.family_wise_p;

@@ -17,10 +17,10 @@ class Contradictions {
   /// Until it agrees for so long.
   static constexpr double kPatience_s = 0.5;
 
-  /// `misfit`: by how much, with its sign. Without the reading the pose is known less and less, and
-  /// what is so far off agrees with it some time: in the mean it has to be far less off than it
-  /// was. `told`: it is this reading that must be wrong, for all others agree. `starts`: there is
-  /// no time to wait for.
+  /// `misfit`: by how much. Without the reading the pose is known less and less, and what is so far
+  /// off agrees with it some time: in the mean square it has to be far less off than it was.
+  /// `told`: it is this reading that must be wrong, for all others agree. `starts`: there is no
+  /// time to wait for.
   void note(std::size_t reading, bool contradicts, double misfit, bool agrees, bool told,
             double dt_s, bool starts = false) {
     constexpr double kBack = 0.3;

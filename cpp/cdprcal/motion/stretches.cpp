@@ -13,9 +13,6 @@ namespace {
 /// h ∫ w² dt and h⁵ ∫ ẅ² dt of w = 35/32 (1 − u²)³ / h, u = t/h in [−1, 1].
 constexpr double kSquare = 0.8159, kCurvature = 35.0;
 
-/// Share of an acceleration that a smoother may take off it, or a stretch between samples miss.
-constexpr double kLost = 3e-3;
-
 /// So that m² σ_x² kCurvature / h⁵ is a quarter of σ_τ² kSquare / h.
 double half_of(double mass_kg, double position_m, double tension_N) {
   constexpr double kShare = 0.25;
@@ -181,10 +178,8 @@ std::optional<Measurement> Stretches::about(Eigen::Index row) const {
                  Vector6(balance - wrench_residual(robot_, state, m.tension_N) - at_rest.wrench));
   const double apart_s = half_s_ / (kSquare * m.samples);
   const Matrix6 known = at_rest.mass * sample_covariance_ * at_rest.mass.transpose();
-  const Vector6 lost = kLost * (at_rest.mass * m.acceleration);
-  m.inertial_sigma = (kCurvature * apart_s / std::pow(half_s_, 5) * known.diagonal().cwiseMax(0.0) +
-                      lost.cwiseAbs2())
-                         .cwiseSqrt();
+  m.inertial_sigma =
+      (kCurvature * apart_s / std::pow(half_s_, 5) * known.diagonal().cwiseMax(0.0)).cwiseSqrt();
   return m;
 }
 

@@ -406,9 +406,11 @@ bool Tracker::correct() {
 }
 
 /// Up to which square of its innovation over σ a reading counts. Without it the pose is known less
-/// and less: what has been an outlier is none again only where it agrees.
+/// and less: what has been an outlier is none again only where it agrees. (A restless smoother,
+/// which starts from what is hardly known, follows everything.)
 double Tracker::largest(std::size_t reading) const {
-  const double most = contradictions_.against_s(reading) > 0.0 ? kAgrees : kOutlier;
+  const bool was_one = contradictions_.against_s(reading) > 0.0 && !(restless_ > 1.0);
+  const double most = was_one ? kAgrees : kOutlier;
   return most * most;
 }
 

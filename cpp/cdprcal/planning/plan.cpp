@@ -4,6 +4,7 @@
 
 #include "cdprcal/equilibria/wrench_distribution.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/planning/candidates.hpp"
 #include "cdprcal/planning/known_effects.hpp"
 #include "cdprcal/planning/legs.hpp"
@@ -11,6 +12,11 @@
 
 namespace cdprcal {
 namespace {
+
+/// Freedoms that cables of given lengths leave the platform, where they are independent.
+Eigen::Index usual_modes(const Robot& robot) {
+  return std::max<Eigen::Index>(0, motion_basis(robot).cols() - robot.cable_count());
+}
 
 /// How far a planned pose may be from where the platform settles [m, rad].
 constexpr double kSettled = 1e-3;
@@ -232,8 +238,10 @@ class Planner {
         stop.transition_s = timing.transition_s;
         stop.dwell_s = stop.measured ? timing.dwell_s : timing.settling_s;
         if (!holds_orientation(robot_)) {
-          stop.natural_frequencies_hz =
+          // Where cables are dependent one motion more is free: a plan has as many a stop.
+          const ModeVector free =
               free_motion_modes(robot_, state, place.tension_N).natural_frequency_hz;
+          stop.natural_frequencies_hz = free.head(std::min(free.size(), usual_modes(robot_)));
           stop.constant_tension_frequencies_hz =
               constant_tension_modes(robot_, state, place.tension_N).natural_frequency_hz;
         }

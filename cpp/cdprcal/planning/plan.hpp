@@ -22,7 +22,7 @@ struct PlannedPose {
   CableVector tension_N;
   double transition_s = 0.0;  ///< of the fifth-degree transition from the stop before
   double dwell_s = 0.0;       ///< until the platform rests and, when measured, has been measured
-  ModeVector natural_frequencies_hz;           ///< free motions (locked cables): 6 − n, rising
+  ModeVector natural_frequencies_hz;  ///< of the slowest 6 − n motions with locked cables, rising
   ModeVector constant_tension_frequencies_hz;  ///< under force control: 6, rising; from six cables
                                                ///< on both are empty: lengths hold the platform
 };
