@@ -236,11 +236,27 @@ def test_an_end_that_is_wrong_exits_with_1(
     cli: Cli, run: cdprcal.StartUpRun, path: Path, tmp_path: Path
 ) -> None:
     log, csv = tmp_path / "slipped.csv", tmp_path / "track.csv"
-    cdprcal.write_log(slipped(run.log, len(run.log.time_s) - 100), str(log))
+    time_s = run.log.time_s
+    cdprcal.write_log(slipped(run.log, np.searchsorted(time_s, time_s[-1] - 0.35)), str(log))
     ran = cli("track", "irma4", log, "--start", path, "-o", csv)
     assert ran.code == 1
     assert "; not to be trusted" in ran.stdout.splitlines()[0]
     assert csv.read_text().splitlines()[-1].endswith(",0")
+
+
+def test_without_the_one_reading_that_is_wrong_the_end_is_trusted(
+    cli: Cli, run: cdprcal.StartUpRun, path: Path, tmp_path: Path
+) -> None:
+    log = tmp_path / "slipped.csv"
+    time_s = run.log.time_s
+    cdprcal.write_log(slipped(run.log, np.searchsorted(time_s, time_s[-1] - 5.0)), str(log))
+    ran = cli("track", "irma4", log, "--start", path, "--json")
+    assert ran.code == 3
+    document = json.loads(ran.stdout)
+    assert document["last"]["trusted"]
+    assert len(document["untrusted"]) == 1
+    assert "contradicts the other readings" in document["untrusted"][0]["reason"]
+    assert document["longest_left_out_s"] > 4.0
 
 
 def test_no_pose_to_start_from_exits_with_1(

@@ -59,7 +59,7 @@ const CableVector& TensionController::step(const CableVector& error_N,
 }
 
 const CableVector& TensionController::stop(double dt_s) {
-  return ramp_.command_together(CableVector::Zero(once_N_.size()), dt_s);
+  return ramp_.command(CableVector::Zero(once_N_.size()), dt_s);
 }
 
 }  // namespace cdprcal

@@ -46,8 +46,7 @@ class TensionController {
   /// velocity; within the velocity limit, and changing by no more than the limit in 0.2 s.
   const CableVector& step(const CableVector& error_N, const CableVector& feed_forward_m_s,
                           double dt_s);
-  /// Velocity while coming to a stop, all cables by one share: those that stop sooner than others
-  /// would pull against them, or let them go slack.
+  /// Velocity while coming to a stop.
   const CableVector& stop(double dt_s);
 
  private:
