@@ -297,7 +297,9 @@ void bind_startup_options(py::module_& module) {
       .def_readwrite("slack_share", &WatchdogOptions::slack_share)
       .def_readwrite("overload_share", &WatchdogOptions::overload_share)
       .def_readwrite("follow_share", &WatchdogOptions::follow_share)
-      .def_readwrite("runaway_m", &WatchdogOptions::runaway_m);
+      .def_readwrite("runaway_m", &WatchdogOptions::runaway_m)
+      .def("slack_N", &WatchdogOptions::slack_N, py::arg("robot"),
+           "Tension below which a cable of a robot is slack [N].");
   py::class_<StartUpPlan>(
       module, "StartUpPlan",
       "Tension set-points to visit, the first is tau_0; transition_s empty, or "

@@ -4318,6 +4318,11 @@ class WatchdogOptions:
     """
 
     def __init__(self, **kwargs: typing.Any) -> None: ...
+    def slack_N(self, robot: Robot) -> float:
+        """
+        Tension below which a cable of a robot is slack [N].
+        """
+
     @property
     def attitude_stale_s(self) -> float: ...
     @attitude_stale_s.setter

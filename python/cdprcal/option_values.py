@@ -125,6 +125,10 @@ def parse_box(option: str, text: str) -> Box | None:
     )
 
 
+#: Positions along each side of a box, where nothing is said.
+DEFAULT_GRID = "2x2x2"
+
+
 def parse_grid(text: str) -> tuple[int, int, int]:
     """'2x2x3' → (2, 2, 3). Raises InputError."""
     from cdprcal._core import InputError

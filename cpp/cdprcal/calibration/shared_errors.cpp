@@ -65,6 +65,11 @@ double alike_nearest_rests(const Calibration& calibration,
 
 constexpr std::size_t kFewest = 8;  // poses: fewer say nothing of their noise
 
+/// Whether the i-th pose is a moment in motion; the first is what all count from.
+bool is_moment(const Calibration& calibration, std::size_t i) {
+  return i > 0 && calibration.problem.measurements[i].kind == PoseKind::kinematic_pose;
+}
+
 /// What moments in motion are wrong by may be what the rests around them are wrong by, and
 /// residuals hardly show it: most of an error goes into the pose, at each one another part. Along
 /// each freedom the platform is no better known than by the rests alone; at worst the moments are
@@ -77,9 +82,8 @@ void widen_to_rests(Calibration& calibration) {
   rests.measurements.clear();
   std::vector<Pose> poses;
   for (std::size_t i = 0; i < result.poses.size(); ++i) {
-    const Measurement& m = calibration.problem.measurements[i];
-    if (i > 0 && m.kind == PoseKind::kinematic_pose) continue;
-    rests.measurements.push_back(m);
+    if (is_moment(calibration, i)) continue;
+    rests.measurements.push_back(calibration.problem.measurements[i]);
     poses.push_back(result.poses[i]);
   }
   if (poses.size() < kFewest || poses.size() == result.poses.size()) return;
@@ -132,32 +136,31 @@ double moments_a_reading(const std::vector<PoseResidual>& residuals, std::size_t
   return moments_a_reading(residuals, moments);
 }
 
-void leave_independent_moments(const CalibrateOptions& options, Calibration& calibration) {
+namespace {
+
+/// Of so many moments as are worth one reading, one stays.
+void keep_independent(const CalibrateOptions& options, Calibration& calibration) {
   constexpr double kSame = 0.99;  // of a correlation: beyond, a moment adds nothing
-  if (noise_source(options) != NoiseSource::from_data || !options.at_s.empty()) return;
-  if (calibration.result.status != CalibrationStatus::converged) return;
-  const auto& measurements = calibration.problem.measurements;
-  const auto is_moment = [&](std::size_t i) {
-    return i > 0 && measurements[i].kind == PoseKind::kinematic_pose;
-  };
+  const std::size_t count = calibration.problem.measurements.size();
+  const auto moves = [&](std::size_t i) { return is_moment(calibration, i); };
   std::vector<std::size_t> moments;
-  for (std::size_t i = 0; i < measurements.size(); ++i) {
-    if (is_moment(i)) moments.push_back(i);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (moves(i)) moments.push_back(i);
   }
   // Beside a reading that is known another of correlation ρ is worth (1 − ρ) / (1 + ρ).
   const double alike = std::clamp(alike_nearest_rests(calibration, moments), 0.0, kSame);
   const double worth =
       moments_a_reading(calibration.result.residuals, moments) * (1.0 + alike) / (1.0 - alike);
-  const std::size_t rests = measurements.size() - moments.size();
+  const std::size_t rests = count - moments.size();
   const std::size_t fewest = rests < kFewest ? kFewest : 1;
   const double most = static_cast<double>(moments.size()) / static_cast<double>(fewest);
   const auto every = static_cast<std::size_t>(std::round(std::min(worth, most)));
-  if (every < 2) return widen_to_rests(calibration);
+  if (every < 2) return;
   Calibration next = calibration;
   std::vector<Pose>& poses = next.result.poses;
-  keep_one_of(every, is_moment, next.problem.measurements);
-  keep_one_of(every, is_moment, poses);
-  next.kinematic_poses -= static_cast<int>(measurements.size() - poses.size());
+  keep_one_of(every, moves, next.problem.measurements);
+  keep_one_of(every, moves, poses);
+  next.kinematic_poses -= static_cast<int>(count - poses.size());
   // Their noise is not that of all: where moments repeat what rests say, a channel that is fitted
   // exactly seems to have none, and would keep it.
   next.problem.noise.reset();
@@ -173,6 +176,14 @@ void leave_independent_moments(const CalibrateOptions& options, Calibration& cal
     // Too few alone: all of them, and no more sure than as many as are independent.
     *calibration.result.covariance *= worth;
   }
+}
+
+}  // namespace
+
+void leave_independent_moments(const CalibrateOptions& options, Calibration& calibration) {
+  if (noise_source(options) != NoiseSource::from_data || !options.at_s.empty()) return;
+  if (calibration.result.status != CalibrationStatus::converged) return;
+  keep_independent(options, calibration);
   widen_to_rests(calibration);
 }
 

@@ -26,12 +26,15 @@ double Watchdog::Timer::held(bool condition, double now_s) {
   return now_s - since_s_;
 }
 
+double WatchdogOptions::slack_N(const Robot& robot) const {
+  // A robot whose lower limit is 0 still needs to know slack cables: a hundredth of its weight.
+  return robot.tension_min_N > 0.0 ? slack_share * robot.tension_min_N : 0.01 * robot.weight_N();
+}
+
 Watchdog::Watchdog(const Robot& robot, const WatchdogOptions& options)
     : options_(options),
       n_(robot.cable_count()),
-      // A robot whose lower limit is 0 still needs to know slack cables: a hundredth of its weight.
-      slack_N_(robot.tension_min_N > 0.0 ? options.slack_share * robot.tension_min_N
-                                         : 0.01 * robot.weight_N()),
+      slack_N_(options.slack_N(robot)),
       overload_N_(options.overload_share * robot.tension_max_N),
       floor_N_(0.05 * robot.weight_N()),
       had_swivel_(CableVector::Zero(robot.cable_count())) {

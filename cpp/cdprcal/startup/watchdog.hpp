@@ -19,6 +19,9 @@ struct WatchdogOptions {
   double overload_share = 1.05;   ///< of the upper tension limit: more is too much
   double follow_share = 0.3;      ///< of the set-point: how far a tension may be off it
   double runaway_m = 0.05;        ///< cable commanded to move that the encoder does not show
+
+  /// Tension below which a cable of a robot is slack [N].
+  [[nodiscard]] double slack_N(const Robot& robot) const;
 };
 
 /// Looks at every sample. The first reason found is final.

@@ -109,7 +109,7 @@ std::vector<SyntheticStop> default_stops(const Robot& robot, int nx, int ny, int
   }
   throw InputError("set-points: robot " + robot.name +
                    " has no grid of stable equilibria within its tension limits around the middle "
-                   "of its frame; give set-points of your own");
+                   "of its frame; let cdprcal plan find places, and give its file with --plan");
 }
 
 std::vector<CableVector> default_setpoints(const Robot& robot, int nx, int ny, int nz) {

@@ -17,10 +17,8 @@ class PowerOn:
     """
 
     def __init__(self, robot: _core.Robot, options: _core.StartUpOptions) -> None:
-        least_N = robot.tension_limits_N[0]
-        watchdog = options.watchdog
-        self._slack_N = watchdog.slack_share * least_N if least_N > 0.0 else 0.01 * robot.weight_N
-        self._believed_s = watchdog.tension_s
+        self._slack_N = options.watchdog.slack_N(robot)
+        self._believed_s = options.watchdog.tension_s
         self._record_s = options.record_s
         self._first_s = math.nan
         self._since_s = np.full(robot.cable_count, math.nan)  # by cable; NaN: not slack

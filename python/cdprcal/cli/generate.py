@@ -16,7 +16,7 @@ from cdprcal.command import (
     keep_existing,
     reports_errors,
 )
-from cdprcal.option_values import parse_grid, parse_sensors
+from cdprcal.option_values import DEFAULT_GRID, parse_grid, parse_sensors
 
 if TYPE_CHECKING:
     import numpy as np
@@ -24,9 +24,6 @@ if TYPE_CHECKING:
 
     from cdprcal import _core
 
-_GRID = "2x2x2"
-#: What the library says to do, whose functions take set-points.
-_IN_PYTHON = "; give set-points"
 EXAMPLE = "Example: cdprcal generate irma4 --grid 3x3x3 -o run.csv --truth truth.json"
 
 
@@ -42,7 +39,7 @@ def command(
         typer.Option(
             metavar="NXxNYxNZ",
             help="Equilibria to visit, in a grid around the middle of the frame.",
-            show_default="2x2x2",
+            show_default=DEFAULT_GRID,
         ),
     ] = "",
     plan: Annotated[
@@ -98,7 +95,11 @@ def command(
         noise=_core.reading_noise(the_robot.sigma, noise, absolute=True),
         seed=seed,
     )
-    setpoints, poses = stops_of(the_robot, plan) if plan else grid_stops(the_robot, grid)
+    setpoints, poses = (
+        stops_of(the_robot, plan)
+        if plan
+        else _core.default_stops(the_robot, *parse_grid(grid or DEFAULT_GRID))
+    )
     groups = parse_sensors(sensors)
     held = _core.holds_orientation(the_robot)
     made = _core.synthetic_log(the_robot, setpoints, options, poses if held else [])
@@ -133,23 +134,6 @@ def stops_of(robot: _core.Robot, path: str) -> tuple[list[NDArray[np.float64]], 
         [plan.start_tension_N, *(stop.tension_N for stop in plan.poses)],
         [plan.start_pose, *(stop.pose for stop in plan.poses)],
     )
-
-
-def grid_stops(robot: _core.Robot, grid: str) -> tuple[list[NDArray[np.float64]], list[_core.Pose]]:
-    """The same of a grid. Raises InputError where the robot has none."""
-    from cdprcal import _core
-    from cdprcal._core import InputError
-
-    counts = parse_grid(grid or _GRID)
-    try:
-        return _core.default_stops(robot, *counts)
-    except InputError as error:
-        why, in_python, _ = str(error).partition(_IN_PYTHON)
-        if not in_python:
-            raise
-        raise InputError(
-            f"{why}; let cdprcal plan find places, and give its file with --plan"
-        ) from None
 
 
 def with_sensors(log: _core.Log, groups: set[str]) -> _core.Log:

@@ -23,6 +23,7 @@ from cdprcal.command import (
 )
 from cdprcal.completion import words
 from cdprcal.option_values import (
+    DEFAULT_GRID,
     DistributionOption,
     LambdaOption,
     OrientationOption,
@@ -55,7 +56,7 @@ def command(
             "--grid",
             metavar="NXxNYxNZ",
             help="Positions along each side of the box.",
-            show_default="2x2x2",
+            show_default=DEFAULT_GRID,
         ),
     ] = "",
     box: Annotated[
@@ -187,7 +188,7 @@ def command(
     the_distribution = _core.parse_tension_distribution(distribution)
     options: dict[str, Any] = {
         "box": parse_box("--box", box),
-        "grid": parse_grid(grid or "2x2x2"),
+        "grid": parse_grid(grid or DEFAULT_GRID),
         "optimal": optimal,
         "positions_m": [parse_position("--position", text) for text in position or []] or None,
         "home_m": parse_position("--home", home) if home else None,
