@@ -354,8 +354,8 @@ void bind_startup(py::module_& module) {
           [](const StartUpCommand& c) -> Eigen::VectorXd { return c.tension_setpoint_N; },
           "[n] for drives with a tension loop of their own, and for the log.")
       .def_readonly("by_tension", &StartUpCommand::by_tension,
-                    "[n] where lengths lead the platform: True, the drive follows its tension "
-                    "set-point; False, it must follow velocity_m_s. Empty: all alike.")
+                    "[n] for drives with a tension loop: True, the drive follows its tension "
+                    "set-point; False, it must follow velocity_m_s.")
       .def_readonly("locked", &StartUpCommand::locked, "Winches must stand still.")
       .def_readonly("setpoint", &StartUpCommand::setpoint)
       .def_readonly("ripple", &StartUpCommand::ripple, "Motion over what rest allows.")

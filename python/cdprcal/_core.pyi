@@ -4442,7 +4442,7 @@ class StartUpCommand:
     @property
     def by_tension(self) -> list[bool]:
         """
-        [n] where lengths lead the platform: True, the drive follows its tension set-point; False, it must follow velocity_m_s. Empty: all alike.
+        [n] for drives with a tension loop: True, the drive follows its tension set-point; False, it must follow velocity_m_s.
         """
 
     @property

@@ -27,6 +27,7 @@ from cdprcal.io.events import read_events
 from conftest import Ran
 from test_live_log import disk_of
 
+SWING_S = 2.9  # of irma4's platform, the slowest
 FAULT_S = 6.0
 KINDS = pytest.mark.parametrize("kind", ["csv", "mcap"])
 
@@ -172,7 +173,9 @@ def test_a_fault_ends_in_the_safe_state_with_a_readable_log(
     run, backend = run_with(robot, plan, path, fault)
     assert run.state == StartUpState.holding
     assert words in run.reason
-    assert FAULT_S - 0.015 < run.end_s < FAULT_S + 2.0
+    # Where load cells and winches can be trusted the platform has one swing to come to rest.
+    doubted = not any(sensor in words for sensor in ("swivel", "AHRS", "operator"))
+    assert FAULT_S - 0.015 < run.end_s < FAULT_S + (2.0 if doubted else 0.5 + SWING_S)
     assert_safe(backend)
     file = load_log(path)
     assert file.findings == ()
@@ -254,7 +257,7 @@ def test_a_full_disk_stops_the_robot(
     assert_safe(backend)
     log = load_log(path).log
     assert run.samples - len(log) <= 10
-    assert run.end_s - log.time_s[-1] < 2.0
+    assert run.end_s - log.time_s[-1] < 0.5 + SWING_S
 
 
 def test_whatever_is_raised_on_the_way_the_winches_are_locked_and_the_log_closed(

@@ -126,14 +126,10 @@ StartUpRun simulate_startup(const Robot& robot, const StartUpPlan& plan,
     if (startup.finished()) break;
 
     const bool has_loop = options.simulator.winch.mode != WinchMode::velocity;
-    const bool ending =
-        command.state == StartUpState::holding || command.state == StartUpState::done;
     if (command.locked) {
       simulator.hold();
-    } else if (has_loop && !command.by_tension.empty()) {
+    } else if (has_loop) {
       simulator.command_each(command.velocity_m_s, command.tension_setpoint_N, command.by_tension);
-    } else if (has_loop && !ending) {
-      simulator.command_tension(command.tension_setpoint_N);
     } else {
       simulator.command_velocity(command.velocity_m_s);
     }

@@ -1,5 +1,7 @@
 #include "cdprcal/simulator/simulator.hpp"
 
+#include <algorithm>
+
 #include "cdprcal/decompositions.hpp"
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/equilibria/wrench_distribution.hpp"
@@ -134,18 +136,14 @@ RestResult Simulator::reset(const Pose& pose, const CableVector& tension_N) {
 }
 
 void Simulator::command_velocity(const CableVector& velocity_m_s) {
-  check_count(velocity_m_s, parameters_.robot.cable_count(), "velocity_m_s");
-  command_ = {{}, velocity_m_s, {}};
-  reads_tension_ = false;
+  const int n = parameters_.robot.cable_count();
+  command_each(velocity_m_s, CableVector::Zero(n), std::vector<bool>(static_cast<std::size_t>(n)));
 }
 
 void Simulator::command_tension(const CableVector& tension_N) {
-  check_count(tension_N, parameters_.robot.cable_count(), "tension_N");
-  const bool torque = options_.winch.mode == WinchMode::torque;
-  command_ = {{}, tension_N, {}};
-  command_.mode.fill(torque ? WinchMode::torque : WinchMode::tension);
-  reads_tension_ = !torque;
-  note_reading_error();
+  const int n = parameters_.robot.cable_count();
+  command_each(CableVector::Zero(n), tension_N,
+               std::vector<bool>(static_cast<std::size_t>(n), true));
 }
 
 void Simulator::command_each(const CableVector& velocity_m_s, const CableVector& tension_N,
@@ -156,20 +154,21 @@ void Simulator::command_each(const CableVector& velocity_m_s, const CableVector&
   if (static_cast<int>(by_tension.size()) != n) {
     throw InputError("simulator: by_tension: give " + std::to_string(n) + " values, one a cable");
   }
-  if (options_.winch.mode == WinchMode::torque) {
+  const auto led = std::count(by_tension.begin(), by_tension.end(), true);
+  const bool torque = options_.winch.mode == WinchMode::torque;
+  if (torque && led != 0 && led != n) {
     throw InputError(
         "simulator: winches in torque mode do not follow lengths; take winches in tension or "
         "velocity mode");
   }
   command_ = {{}, velocity_m_s, {}};
-  reads_tension_ = false;
   for (int i = 0; i < n; ++i) {
     if (!by_tension[static_cast<std::size_t>(i)]) continue;
-    command_.mode[static_cast<std::size_t>(i)] = WinchMode::tension;
+    command_.mode[static_cast<std::size_t>(i)] = torque ? WinchMode::torque : WinchMode::tension;
     command_.values[i] = tension_N[i];
-    reads_tension_ = true;
   }
-  note_reading_error();
+  reads_tension_ = led > 0 && !torque;
+  if (led > 0) note_reading_error();
 }
 
 void Simulator::hold() {

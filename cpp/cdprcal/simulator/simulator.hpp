@@ -63,7 +63,7 @@ class Simulator {
   /// options say torque mode.
   void command_tension(const CableVector& tension_N);
   /// Each drive by itself: true, its tension; false, its speed of pay-out. n values each. In torque
-  /// mode throws InputError: motors that only pull hold no pose.
+  /// mode all or none, else throws InputError: motors that only pull hold no pose.
   void command_each(const CableVector& velocity_m_s, const CableVector& tension_N,
                     const std::vector<bool>& by_tension);
   /// Winches stopped and locked.

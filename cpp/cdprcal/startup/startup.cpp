@@ -1,6 +1,7 @@
 #include "cdprcal/startup/startup.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "cdprcal/error.hpp"
 #include "cdprcal/geometry/fifth_degree.hpp"
@@ -55,6 +56,8 @@ StartUp::StartUp(const Robot& robot, StartUpPlan plan, const StartUpOptions& opt
   led_by_tension_ = std::move(legs.led_by_tension);
   const int n = robot_.cable_count();
   command_.velocity_m_s.setZero(n);
+  along_m_s_.setZero(n);
+  command_.by_tension.assign(static_cast<std::size_t>(n), !led_by_lengths());
   command_.tension_setpoint_N = plan_.setpoint_N.front();
   recorded_sum_N_.setZero(n);
   begin_leg();
@@ -71,7 +74,7 @@ void StartUp::begin_leg() {
     const auto c = static_cast<std::size_t>(cable);
     command_.by_tension[c] = true;
     // Nothing held its tension at the set-point until now.
-    if (!before.empty() && !before[c]) from_N_[cable] = last_tension_N_[cable];
+    if (k > 0 && !before[c]) from_N_[cable] = last_tension_N_[cable];
   }
 }
 
@@ -152,6 +155,10 @@ void StartUp::go_on_with(const StartUpPlan& rest) {
 }
 
 void StartUp::enter(StartUpState state) {
+  if (state == StartUpState::done || state == StartUpState::holding) {
+    calm_s_ = patience_to_stop_s();
+    slows_1_s2_ = speed_1_s_ / kFullSpeed_s;
+  }
   command_.state = state;
   entered_s_ = now_s_;
 }
@@ -177,9 +184,6 @@ const StartUpCommand& StartUp::step(const RobotSample& sample) {
         sample, controlling ? watched_setpoint_N() : CableVector(), command_.velocity_m_s);
     if (std::isfinite(sample.time_s)) now_s_ = sample.time_s;
     if (!fault.empty()) {
-      if (watchdog_.doubts_winches()) {
-        std::fill(command_.by_tension.begin(), command_.by_tension.end(), false);
-      }
       hold(fault);
     }
   } else if (std::isfinite(sample.time_s)) {
@@ -204,7 +208,9 @@ const StartUpCommand& StartUp::step(const RobotSample& sample) {
       break;
     case settling:
     case measuring:
-      control(sample, 0.0, 1.0, dt_s);
+      fraction_ = 1.0;
+      speed_1_s_ = 0.0;
+      control(sample, dt_s);
       command_.state == settling ? settle() : measure();
       break;
     case done:
@@ -212,20 +218,56 @@ const StartUpCommand& StartUp::step(const RobotSample& sample) {
       break;
   }
   if (command_.state == done || command_.state == holding) {
-    CableVector error_N = CableVector::Zero(robot_.cable_count());
-    if (!watchdog_.doubts_winches() && usable)
-      error_N = command_.tension_setpoint_N - sample.tension_N;
-    // A ramp needs a clock that runs; without one, stop at once.
-    command_.velocity_m_s =
-        dt_s > 0.0 ? stop(error_N, dt_s) : CableVector(CableVector::Zero(robot_.cable_count()));
+    stop(sample, usable, dt_s);
     command_.locked = command_.velocity_m_s.isZero(0.0);
   }
   command_.remaining_s = estimate_remaining_s();
   return command_;
 }
 
-const CableVector& StartUp::stop(const CableVector& error_N, double dt_s) {
-  return lengths_ ? lengths_->stop(error_N, dt_s) : controller_.stop(dt_s);
+void StartUp::stop(const RobotSample& sample, bool usable, double dt_s) {
+  const bool trusted = usable && !watchdog_.doubts_winches();
+  const auto trust_no_load_cell = [&] {
+    std::fill(command_.by_tension.begin(), command_.by_tension.end(), false);
+  };
+  if (watchdog_.doubts_winches()) trust_no_load_cell();
+  if (!(dt_s > 0.0)) {  // a ramp needs a clock that runs; without one, stop at once
+    command_.velocity_m_s.setZero();
+  } else if (lengths_) {
+    CableVector error_N = CableVector::Zero(robot_.cable_count());
+    if (trusted) error_N = command_.tension_setpoint_N - sample.tension_N;
+    command_.velocity_m_s = lengths_->stop(error_N, dt_s);
+  } else if (trusted && now_s_ - entered_s_ < calm_s_) {
+    calm(sample, dt_s);
+  } else {
+    // What was commanded answers load cells, and a drive with a tension loop did not run at it.
+    if (std::exchange(calm_s_, -1.0) >= 0.0) controller_.reset(along_m_s_);
+    trust_no_load_cell();
+    command_.velocity_m_s = controller_.stop(dt_s);
+  }
+}
+
+/// Tensions lead: the set-point comes to rest on its leg, and the platform on it. At last
+/// velocities fade out, too.
+void StartUp::calm(const RobotSample& sample, double dt_s) {
+  const auto k = static_cast<std::size_t>(command_.setpoint);
+  speed_1_s_ = std::max(0.0, speed_1_s_ - slows_1_s2_ * dt_s);
+  fraction_ = std::min(1.0, fraction_ + speed_1_s_ * dt_s);
+  command_.tension_setpoint_N = from_N_ + fraction_ * (plan_.setpoint_N[k] - from_N_);
+  control(sample, dt_s);
+  const double left_s = calm_s_ - (now_s_ - entered_s_);
+  command_.velocity_m_s *= std::min(1.0, left_s / kFullSpeed_s);
+}
+
+/// How long tensions may lead the platform to a stop: it rests when it is measured.
+double StartUp::patience_to_stop_s() const {
+  using enum StartUpState;
+  constexpr double kAtMost_s = 5.0;
+  const bool moves =
+      command_.state == moving_to_start || command_.state == moving || command_.state == settling;
+  if (lengths_ || !moves) return 0.0;
+  const auto k = static_cast<std::size_t>(command_.setpoint);
+  return std::min(kAtMost_s, 2.0 * kPi / leg_[k].slowest_rad_s());
 }
 
 /// What the tensions must follow: NaN of a cable that is led by its length.
@@ -283,17 +325,16 @@ void StartUp::move(const RobotSample& sample, double dt_s) {
   const auto k = static_cast<std::size_t>(command_.setpoint);
   const double duration_s = transition_s_[k];
   const double x = duration_s > 0.0 ? std::min(1.0, (now_s_ - entered_s_) / duration_s) : 1.0;
-  const double fraction = fifth_degree(x);
+  fraction_ = fifth_degree(x);
+  speed_1_s_ = x < 1.0 ? FifthDegree::velocity(x) / duration_s : 0.0;
   const CableVector& target = plan_.setpoint_N[k];
-  command_.tension_setpoint_N = from_N_ + fraction * (target - from_N_);
-  const double speed = x < 1.0 ? FifthDegree::velocity(x) / duration_s : 0.0;
+  command_.tension_setpoint_N = from_N_ + fraction_ * (target - from_N_);
   if (lengths_) {
-    command_.tension_setpoint_N += off_the_line_N(motion_[k], fraction);
-    control(sample, speed, fraction, dt_s);
+    command_.tension_setpoint_N += off_the_line_N(motion_[k], fraction_);
   } else {
-    controller_.tune(leg_[k], fraction);
-    control(sample, feed_forward_ ? speed : 0.0, fraction, dt_s);
+    controller_.tune(leg_[k], fraction_);
   }
+  control(sample, dt_s);
   if (x < 1.0) return;
   command_.tension_setpoint_N = target;
   rest_.clear();
@@ -315,21 +356,22 @@ CableVector StartUp::off_the_line_N(const HeldMotion& motion, double s) const {
   return lack_N(s) - (1.0 - s) * lack_N(0.0) - s * lack_N(1.0);
 }
 
-void StartUp::control(const RobotSample& sample, double speed_1_s, double fraction, double dt_s) {
+void StartUp::control(const RobotSample& sample, double dt_s) {
   // A missing reading for a few samples: coast. The watchdog ends it when it lasts.
   if (!watchdog_.usable(sample)) {
-    command_.velocity_m_s = stop(CableVector::Zero(robot_.cable_count()), dt_s);
+    const CableVector none_N = CableVector::Zero(robot_.cable_count());
+    command_.velocity_m_s = lengths_ ? lengths_->stop(none_N, dt_s) : controller_.coast(dt_s);
     return;
   }
   const auto k = static_cast<std::size_t>(command_.setpoint);
   const CableVector error_N = command_.tension_setpoint_N - sample.tension_N;
   if (lengths_) {
-    command_.velocity_m_s = lengths_->step(motion_[k], fraction, speed_1_s, error_N, dt_s);
+    command_.velocity_m_s = lengths_->step(motion_[k], fraction_, speed_1_s_, error_N, dt_s);
     return;
   }
-  CableVector feed_forward_m_s = CableVector::Zero(robot_.cable_count());
-  if (speed_1_s > 0.0) feed_forward_m_s = speed_1_s * leg_[k].length_by_fraction_m(fraction);
-  command_.velocity_m_s = controller_.step(error_N, feed_forward_m_s, dt_s);
+  along_m_s_ = speed_1_s_ * leg_[k].length_by_fraction_m(fraction_);
+  const CableVector none_m_s = CableVector::Zero(robot_.cable_count());
+  command_.velocity_m_s = controller_.step(error_N, feed_forward_ ? along_m_s_ : none_m_s, dt_s);
 }
 
 void StartUp::settle() {

@@ -10,11 +10,13 @@
 //     if (startup.finished()) break;
 //   }
 //
-// Safe hold: the winches come to a stop within 0.2 s and stay locked. A platform that hangs on
-// locked cables is where gravity wants it whatever the sensors say; tension control would let it
-// run away with the first load cell that lies. Where lengths lead, cables pull against each other:
-// they stop together, on along their way, and unless winches or load cells are in doubt the
-// tensions count until all stand still. A stop on purpose (operator, end) ends the same way.
+// Safe hold: the winches come to a stop and stay locked. A platform that hangs on locked cables is
+// where gravity wants it whatever the sensors say; tension control would let it run away with the
+// first load cell that lies. With winches or load cells in doubt they stop within 0.2 s, on along
+// their way: cables that stop each for itself would fall slack, and others catch the platform. With
+// a stop on purpose (operator, end) or for another reason the tensions count until all stand still:
+// their set-points, or where lengths lead these, come to rest within 0.2 s, and where tensions lead
+// the platform has one swing, and 5 s at most, to do so too.
 #pragma once
 
 #include <optional>
@@ -75,9 +77,9 @@ struct StartUpCommand {
   std::string reason;              ///< holding: why
   CableVector velocity_m_s;        ///< of pay-out, for drives in velocity mode
   CableVector tension_setpoint_N;  ///< wanted now; for drives in torque mode, and for the log
-  /// Lengths lead: one a cable, true where it follows its tension set-point and false where it must
-  /// follow velocity_m_s; other ones from way to way. Empty: a drive with a tension loop follows
-  /// the set-points of all, and velocity_m_s while the run comes to a stop.
+  /// One a cable, for drives with a tension loop: true where it follows its tension set-point and
+  /// false where it must follow velocity_m_s. All where tensions lead the platform, n−f of them,
+  /// other ones from way to way, where lengths do; none in a stop that trusts no load cell.
   std::vector<bool> by_tension;
   bool locked = true;         ///< winches must stand still: brakes may be set
   int setpoint = 0;           ///< which one is being moved to or measured, from 0
@@ -140,8 +142,10 @@ class StartUp {
   void begin_move();
   void begin_leg();
   void move(const RobotSample& sample, double dt_s);
-  void control(const RobotSample& sample, double speed_1_s, double fraction, double dt_s);
-  const CableVector& stop(const CableVector& error_N, double dt_s);
+  void control(const RobotSample& sample, double dt_s);
+  void stop(const RobotSample& sample, bool usable, double dt_s);
+  void calm(const RobotSample& sample, double dt_s);
+  [[nodiscard]] double patience_to_stop_s() const;
   [[nodiscard]] CableVector off_the_line_N(const HeldMotion& motion, double s) const;
   void settle();
   void measure();
@@ -169,6 +173,11 @@ class StartUp {
   double now_s_ = kNaN, entered_s_ = kNaN;
   double settle_sum_s_ = 0.0;  ///< over rests_: the estimate of the time left learns
   bool feed_forward_ = false;
+  double fraction_ = 0.0, speed_1_s_ = 0.0;  ///< where on the present leg, and how fast
+  /// Tensions lead: how fast the winches run there if all is as it should be.
+  CableVector along_m_s_;
+  double calm_s_ = kNaN;  ///< of a run that has ended: tensions lead the platform to a stop so long
+  double slows_1_s2_ = 0.0;
 };
 
 }  // namespace cdprcal

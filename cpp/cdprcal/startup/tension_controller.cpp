@@ -58,7 +58,7 @@ const CableVector& TensionController::step(const CableVector& error_N,
   return ramp_.command(feed_forward_m_s - slow_m_s_N_ * twice_N_ - fast_m_s_N_ * error_N, dt_s);
 }
 
-const CableVector& TensionController::stop(double dt_s) {
+const CableVector& TensionController::coast(double dt_s) {
   return ramp_.command(CableVector::Zero(once_N_.size()), dt_s);
 }
 

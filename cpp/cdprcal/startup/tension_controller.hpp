@@ -46,8 +46,10 @@ class TensionController {
   /// velocity; within the velocity limit, and changing by no more than the limit in 0.2 s.
   const CableVector& step(const CableVector& error_N, const CableVector& feed_forward_m_s,
                           double dt_s);
-  /// Velocity while coming to a stop.
-  const CableVector& stop(double dt_s);
+  /// Velocity while nothing is read: towards a standstill.
+  const CableVector& coast(double dt_s);
+  /// Velocity while coming to a stop, within kFullSpeed_s of the reset to what the winches run at.
+  const CableVector& stop(double dt_s) { return ramp_.slow_down(dt_s); }
 
  private:
   TensionControlOptions options_;

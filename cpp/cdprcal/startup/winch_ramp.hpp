@@ -15,7 +15,10 @@ class WinchRamp {
   WinchRamp(int cable_count, double velocity_limit_m_s)
       : limit_m_s_(velocity_limit_m_s), commanded_m_s_(CableVector::Zero(cable_count)) {}
 
-  void reset(const CableVector& velocity_m_s) { commanded_m_s_ = velocity_m_s; }
+  void reset(const CableVector& velocity_m_s) {
+    commanded_m_s_ = velocity_m_s;
+    left_s_ = kFullSpeed_s;
+  }
   [[nodiscard]] const CableVector& commanded_m_s() const { return commanded_m_s_; }
   /// Within the limit, and changing by no more than the limit in kFullSpeed_s.
   const CableVector& command(const CableVector& wanted_m_s, double dt_s) {
@@ -37,10 +40,20 @@ class WinchRamp {
     commanded_m_s_ += within(change, limit_m_s_ * dt_s / kFullSpeed_s);
     return commanded_m_s_;
   }
+  /// From the velocity of the reset to a standstill in kFullSpeed_s, all cables by one share:
+  /// speeds that belong to one motion of the platform still do so while it slows down.
+  const CableVector& slow_down(double dt_s) {
+    const double before_s = left_s_;
+    left_s_ -= dt_s;
+    if (left_s_ < 1e-9) left_s_ = 0.0;
+    commanded_m_s_ *= before_s > 0.0 ? left_s_ / before_s : 0.0;
+    return commanded_m_s_;
+  }
 
  private:
   double limit_m_s_;
   CableVector commanded_m_s_;
+  double left_s_ = kFullSpeed_s;  ///< of slowing down
 };
 
 }  // namespace cdprcal

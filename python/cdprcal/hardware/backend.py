@@ -46,10 +46,9 @@ class Backend(Protocol):
 
         ``locked``: the winches stand still, brakes may be set. Otherwise drives in velocity mode
         follow ``velocity_m_s``, drives with a tension loop of their own ``tension_setpoint_N``
-        (where ``by_tension`` says so of single cables, those only, and the others the velocity).
-        While ``state`` is holding or done that is the smooth stop: all follow ``velocity_m_s``, but
-        for those of ``by_tension``. A backend that gets no further command in time locks the
-        winches by itself. Raises BackendError.
+        where ``by_tension`` says so of their cable, and else the velocity, too. While ``state`` is
+        holding or done that is the smooth stop. A backend that gets no further command in time
+        locks the winches by itself. Raises BackendError.
         """
 
     def stop(self) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdprcal import _core
-from cdprcal._core import InputError, PlantTruth, RobotSample, StartUpCommand, StartUpState
+from cdprcal._core import InputError, PlantTruth, RobotSample, StartUpCommand
 
 
 class SimulatedBackend:
@@ -112,15 +112,12 @@ class SimulatedBackend:
         return sample
 
     def command(self, command: StartUpCommand) -> None:
-        ending = command.state in (StartUpState.holding, StartUpState.done)
         if command.locked:
             self._simulator.hold()
-        elif self._has_tension_loop and command.by_tension:
+        elif self._has_tension_loop:
             self._simulator.command_each(
                 command.velocity_m_s, command.tension_setpoint_N, command.by_tension
             )
-        elif self._has_tension_loop and not ending:
-            self._simulator.command_tension(command.tension_setpoint_N)
         else:
             self._simulator.command_velocity(command.velocity_m_s)
 

@@ -12,6 +12,12 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
+/// How a run came to a stop.
+struct Stop {
+  double took_s = 0.0, setpoint_rests_s = 0.0;
+  double least_N = HUGE_VAL, most_N = 0.0, most_before_N = 0.0;
+};
+
 /// A start-up and its simulated robot, a hundredth of a second at a time.
 class SteppedRun {
  public:
@@ -23,13 +29,14 @@ class SteppedRun {
   }
 
   const StartUpCommand& tick() {
-    const StartUpCommand& command = startup.step(simulator.read());
+    RobotSample sample = simulator.read();
+    sample.drive_error = drive_error;
+    if (dead_cell >= 0) sample.tension_N[dead_cell] = kNaN;
+    const StartUpCommand& command = startup.step(sample);
     if (command.locked) {
       simulator.hold();
-    } else if (command.state == StartUpState::holding || command.state == StartUpState::done) {
-      simulator.command_velocity(command.velocity_m_s);
     } else {
-      simulator.command_tension(command.tension_setpoint_N);
+      simulator.command_each(command.velocity_m_s, command.tension_setpoint_N, command.by_tension);
     }
     simulator.advance(0.01);
     return command;
@@ -60,8 +67,31 @@ class SteppedRun {
     return poses;
   }
 
+  /// Until the winches are locked, and two seconds more.
+  Stop to_a_stop() {
+    Stop stop;
+    stop.most_before_N = simulator.truth().tension_N.maxCoeff();
+    const double begin_s = simulator.time_s();
+    CableVector setpoint_N;
+    for (int locked = 0; locked < 200; locked += startup.finished() ? 1 : 0) {
+      const double now_s = simulator.time_s() - begin_s;
+      const StartUpCommand& command = tick();
+      if (setpoint_N.size() == 0 || command.tension_setpoint_N != setpoint_N) {
+        stop.setpoint_rests_s = now_s;
+      }
+      setpoint_N = command.tension_setpoint_N;
+      if (!startup.finished()) stop.took_s = now_s;
+      const CableVector tension_N = simulator.truth().tension_N;
+      stop.least_N = std::min(stop.least_N, tension_N.minCoeff());
+      stop.most_N = std::max(stop.most_N, tension_N.maxCoeff());
+    }
+    return stop;
+  }
+
   StartUp startup;
   Simulator simulator;
+  std::string drive_error;  ///< what the samples say from now on
+  int dead_cell = -1;
 };
 
 class StartUpSteps : public ::testing::Test {
@@ -90,14 +120,13 @@ TEST_F(StartUpSteps, EndsEarlyWhereItIsWhenThatIsEnough) {
   run.startup.finish();
   EXPECT_EQ(run.startup.state(), StartUpState::done);
   EXPECT_FALSE(run.startup.finished()) << "the winches still run";
-  int steps = 0;
-  for (double speed_m_s = HUGE_VAL; !run.startup.finished(); ++steps) {
-    ASSERT_LE(steps, 20) << "stopped within 0.2 s";
-    const double now_m_s = run.tick().velocity_m_s.cwiseAbs().maxCoeff();
-    EXPECT_LE(now_m_s, speed_m_s);
-    speed_m_s = now_m_s;
-  }
-  EXPECT_GT(steps, 1) << "not at once: it moved";
+  const Stop stop = run.to_a_stop();
+  EXPECT_LE(stop.took_s, 5.0);
+  EXPECT_LE(stop.setpoint_rests_s, 0.2 + 1e-9);
+  EXPECT_GT(stop.took_s, 0.2) << "not at once: it moved";
+  // Nothing falls slack or is caught, neither in the stop nor on locked winches.
+  EXPECT_GT(stop.least_N, 0.5 * robot.tension_min_N);
+  EXPECT_LT(stop.most_N, 1.5 * stop.most_before_N);
   const StartUpCommand& command = run.tick();
   EXPECT_TRUE(command.locked);
   EXPECT_EQ(command.remaining_s, 0.0);
@@ -108,6 +137,46 @@ TEST_F(StartUpSteps, EndsEarlyWhereItIsWhenThatIsEnough) {
   EXPECT_EQ(run.startup.state(), StartUpState::done);
   EXPECT_THAT([&] { run.startup.go_on_with(only({1})); },
               ThrowsMessage<InputError>(HasSubstr("the run has ended; start another")));
+}
+
+TEST_F(StartUpSteps, WithoutTrustInLoadCellsTheWinchesStopTogetherWithin200Milliseconds) {
+  SteppedRun run(robot, only({0, 1, 2}));
+  run.until(StartUpState::moving, 1);
+  for (int i = 0; i < 150; ++i) run.tick();
+  run.drive_error = "drive 2 is hot";
+  CableVector before = run.tick().velocity_m_s;
+  ASSERT_EQ(run.startup.state(), StartUpState::holding);
+  ASSERT_GT(before.norm(), 0.01);
+  int steps = 1;
+  for (; !run.startup.finished(); ++steps) {
+    ASSERT_LE(steps, 20);
+    const StartUpCommand& command = run.tick();
+    EXPECT_THAT(command.by_tension, ::testing::Each(false));
+    const CableVector now = command.velocity_m_s;
+    EXPECT_LT(now.norm(), before.norm());
+    EXPECT_LT((now - now.norm() / before.norm() * before).norm(), 1e-12) << "by one share";
+    before = now;
+  }
+}
+
+TEST_F(StartUpSteps, AtRestAnEndLocksTheWinchesAtOnce) {
+  SteppedRun run(robot, only({0, 1}));
+  run.until(StartUpState::measuring, 0);
+  run.startup.finish();
+  EXPECT_TRUE(run.tick().locked);
+}
+
+TEST_F(StartUpSteps, ALoadCellThatDiesDuringAStopIsNotFollowed) {
+  SteppedRun run(robot, only({0, 1, 2}));
+  run.until(StartUpState::moving, 1);
+  for (int i = 0; i < 150; ++i) run.tick();
+  run.startup.finish();
+  for (int i = 0; i < 10; ++i) run.tick();
+  EXPECT_THAT(run.tick().by_tension, ::testing::Each(true));
+  run.dead_cell = 2;
+  EXPECT_THAT(run.tick().by_tension, ::testing::Each(false));
+  for (int i = 0; i < 20; ++i) run.tick();
+  EXPECT_TRUE(run.startup.finished());
 }
 
 TEST_F(StartUpSteps, AStopForAReasonIsNoEndThatWasWished) {

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
-from cdprcal._core import RobotSample, StartUpCommand, StartUpState
+from cdprcal._core import RobotSample, StartUpCommand
 from cdprcal.hardware.attitude import Attitude, AttitudeSource
 from cdprcal.hardware.backend import BackendError
 from cdprcal.hardware.drives import cia402
@@ -518,13 +518,13 @@ class FieldbusBackend:
     def command(self, command: StartUpCommand) -> None:
         if not self._armed or self._stopped:
             return
-        ending = command.state in (StartUpState.holding, StartUpState.done)
         if self._plausibility is not None and not command.locked:
             # The last moment before anything moves.
             if wrong := self._plausibility.wrong():
                 self._guard.trip(f"before anything moved: {wrong}")
             self._plausibility = None
-        torque = self._session.mode == "torque" and not command.locked and not ending
+        led = self._session.mode == "torque" and all(command.by_tension)
+        torque = led and not command.locked
         self._mode = cia402.CST if torque else cia402.CSV
         self._supervisor.want_mode(self._mode)
         velocity = command.velocity_m_s.tolist()
