@@ -113,6 +113,10 @@ void register_measurement(py::module_& module) {
           "[3] [rad] in the robot's Euler convention.")
       .def_readonly("balance_counts", &Measurement::balance_counts,
                     "False: its balance of forces is left out (a slack cable, an outlier).")
+      .def_property_readonly("moves", &Measurement::moves, "Whether it balances in motion.")
+      .def_property_readonly(
+          "rests", &Measurement::rests,
+          "Whether it is a pose at rest: one that balances without acceleration.")
       .def_readonly("samples", &Measurement::samples, "Readings behind the mean.");
   module.def(
       "measurement_at",

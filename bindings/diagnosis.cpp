@@ -239,7 +239,7 @@ void register_findings(py::module_& module) {
             for (const auto& [name, value] : e.where) where[py::str(name)] = value;
             return where;
           },
-          "Of a step (cable_slip, load_shift, load_cell_shift, contact): time_s since the run's first "
+          "Of a step (cable_slip, load_cell_shift, swivel_shift …): time_s since the run's first "
           "sample, and of a cable's the cable from 1.")
       .def_readonly("held_out_before", &NamedEffect::held_out_before,
                     "½ Σ (residual/σ)² a held-out pose without the effect.")
@@ -265,7 +265,9 @@ void register_findings(py::module_& module) {
       .def_readonly("column", &OwnErrors::column, "As a log calls it: ``length_3_m``.")
       .def_readonly("rms", &OwnErrors::rms, "Over the rests, in the column's unit.")
       .def_readonly("like", &OwnErrors::like, "The noise of its like, in the same unit.")
-      .def_readonly("sigma", &OwnErrors::sigma, "The robot file's, in the same unit.");
+      .def_readonly("sigma", &OwnErrors::sigma, "The robot file's, in the same unit.")
+      .def_readonly("at_s", &OwnErrors::at_s,
+                    "Since the run's first sample: the one rest at which it is off. NaN: several.");
   py::class_<Discrepancy>(
       module, "Discrepancy",
       "What the model lacks and nobody could name or describe, as a smooth "

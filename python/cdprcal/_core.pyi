@@ -2195,9 +2195,21 @@ class Measurement:
         """
 
     @property
+    def moves(self) -> bool:
+        """
+        Whether it balances in motion.
+        """
+
+    @property
     def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         [3] [m]: of P in the world (tracker).
+        """
+
+    @property
+    def rests(self) -> bool:
+        """
+        Whether it is a pose at rest: one that balances without acceleration.
         """
 
     @property
@@ -2943,7 +2955,7 @@ class NamedEffect:
     @property
     def where(self) -> dict[str, float]:
         """
-        Of a step (cable_slip, load_shift, load_cell_shift, contact): time_s since the run's first sample, and of a cable's the cable from 1.
+        Of a step (cable_slip, load_cell_shift, swivel_shift …): time_s since the run's first sample, and of a cable's the cable from 1.
         """
 
 class RejectedEffect:
@@ -3006,6 +3018,12 @@ class OwnErrors:
     """
     Errors of one sensor, anew at every rest, beyond those of its like: counted as noise.
     """
+
+    @property
+    def at_s(self) -> float:
+        """
+        Since the run's first sample: the one rest at which it is off. NaN: several.
+        """
 
     @property
     def column(self) -> str:

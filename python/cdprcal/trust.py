@@ -209,16 +209,17 @@ def _with_scatter_alone(calibration: _core.Calibration) -> _core.CalibrationResu
 
     Where no sample says anything (poses of one sample) its noise stays, and so does one that was
     specified; in a list of rests it is the specified one. Only rests and the reference count where
-    there are any: what is read in motion lags in its own ways.
+    there are any: what is read in motion lags in its own ways, and a balance there is no better
+    than the accelerations, which no scatter at rest says anything of.
     """
     problem = calibration.problem
     if problem.noise is None:
         return calibration.result
     measurements, poses = problem.measurements, calibration.result.poses  # each a copy
-    rests = [
-        i for i, m in enumerate(measurements) if i == 0 or m.kind == _core.PoseKind.static_pose
-    ]
+    rests = [i for i, m in enumerate(measurements) if i == 0 or m.rests]
     kept = rests if len(rests) > 1 else list(range(len(measurements)))
+    if any(measurements[i].moves for i in kept):
+        return calibration.result
     # In a list of rests no reading has a neighbour: what it scatters by the robot file says.
     specified = _core.specified_noise(problem.robot.sigma).channels
     is_list = all(noise.sample == 0.0 for noise in problem.noise.channels.values())

@@ -54,6 +54,52 @@ def test_a_slip_is_found_with_its_cable_time_and_length() -> None:
     assert not diagnosis.corrected.effects
 
 
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [("swivel_shift", [0.4, 3.0, 0.05]), ("ahrs_shift", [0.4, 0.03, -0.02, 0.01])],
+)
+def test_a_sensor_of_angles_that_is_knocked_is_named_with_its_time(
+    name: str, values: list[float]
+) -> None:
+    diagnosis = diagnosed([Hidden(name, values, 1.0)])
+    assert diagnosis.verdict == _core.Verdict.explained
+    (shift,) = diagnosis.effects
+    assert shift.info.name == name
+    hidden = values[2:] if "cable" in shift.where else values[1:]
+    error = np.abs(shift.values - np.array(hidden))
+    assert np.all(error <= np.maximum(3.0 * shift.standard_deviation, 1e-3))
+
+
+@pytest.mark.parametrize("slip_m", [0.05, 0.3])
+def test_what_happened_in_a_log_is_no_reason_to_mistrust_its_pose(slip_m: float) -> None:
+    """``calibrate`` cannot: no robot file holds what happened once."""
+    made = simulate(Case(1, 7, "one", True, 1.0, []), SETTING)
+    log = made.log
+    late = log.time_s > np.median(log.time_s)
+    slipped = np.array(log.length_m)
+    slipped[late, 1] -= slip_m
+    diagnosis = _core.diagnose(made.robot, [changed(log, length_m=slipped)])
+    assert [e.info.name for e in diagnosis.effects] == ["cable_slip"]
+    assert diagnosis.verdict == _core.Verdict.explained
+    assert diagnosis.unexplained == []
+
+
+def test_a_touch_at_one_rest_is_not_said_of_a_sensor() -> None:
+    made = simulate(Case(1, 7, "one", True, 1.0, []), SETTING)
+    rests = _core.detect_equilibria(made.log, sigma=made.robot.sigma)
+    rest = rests[len(rests) // 2]
+    touched = np.array(made.log.tension_N)
+    during = (made.log.time_s >= rest.begin_s - 0.5) & (made.log.time_s <= rest.end_s + 0.5)
+    touched[during, 3] += 10.0
+    diagnosis = _core.diagnose(made.robot, [changed(made.log, tension_N=touched)])
+    (own,) = diagnosis.own_errors
+    assert own.column == "tension_4_N"
+    assert rest.begin_s <= own.at_s + made.log.time_s[0] <= rest.end_s
+    assert any("at no other" in text for text in diagnosis.next)
+    json = diagnosis_as_dict(diagnosis, made.robot)
+    assert json["own_errors"][0]["at_s"] == own.at_s
+
+
 def test_an_outlier_is_left_out_by_time_and_cable_and_accuses_nobody() -> None:
     diagnosis = diagnosed([Hidden("outlier", [0.5, 2.0, 0.1], 1.0)])
     assert diagnosis.verdict == _core.Verdict.consistent

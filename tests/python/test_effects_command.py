@@ -44,7 +44,9 @@ def test_explain_says_all_about_one(cli: Cli, name: str) -> None:
     assert json.loads(cli("explain", name, "--json").stdout)["equation"] == info.equation
 
 
-@pytest.mark.parametrize("name", ["cable_slip", "load_shift", "load_cell_shift", "contact"])
+@pytest.mark.parametrize(
+    "name", ["cable_slip", "load_shift", "load_cell_shift", "swivel_shift", "ahrs_shift", "contact"]
+)
 def test_explain_knows_what_happens_once(cli: Cli, name: str) -> None:
     infos = [info for info in _core.steps_of(cdprcal.load_robot("irma4")) if info.name == name]
     assert infos

@@ -51,7 +51,7 @@ Calibration prepare(const Robot& robot, const CorrectedRun& corrected,
   Calibration out;
   CalibrationProblem& problem = out.problem;
   problem.robot = robot;
-  problem.effects = resolve_effects(robot, log.source);
+  problem.effects = known_effects(robot, log, options);
   const bool paper = options.formulation == Formulation::paper;
   problem.statics = options.method == Method::kinematic ? StaticsModel::none
                     : paper                             ? StaticsModel::left_inverse
@@ -84,6 +84,12 @@ Calibration prepare(const Robot& robot, const CorrectedRun& corrected,
 }
 
 }  // namespace
+
+ActiveEffects known_effects(const Robot& robot, const Log& log, const CalibrateOptions& options) {
+  ActiveEffects effects = resolve_effects(robot, log.source);
+  effects.insert(effects.end(), options.happened.begin(), options.happened.end());
+  return effects;
+}
 
 NoiseSource noise_source(const CalibrateOptions& options) {
   return options.noise.value_or(options.formulation == Formulation::paper ? NoiseSource::specified

@@ -34,6 +34,8 @@ struct CalibrateOptions {
   int most_starts = 8;
   DetectionOptions detection;
   SolveOptions solve;
+  /// What happened in this log alone (steps), held at its values beside the robot file's effects.
+  ActiveEffects happened;
 };
 
 struct Calibration {
@@ -49,6 +51,9 @@ struct Calibration {
   /// sensor may come late, or be held.
   bool motion_left_out = false;
 };
+
+/// The effects that the robot file lists for this log, and what happened in it.
+ActiveEffects known_effects(const Robot& robot, const Log& log, const CalibrateOptions& options);
 
 /// options.noise, or its default for the formulation.
 NoiseSource noise_source(const CalibrateOptions& options);

@@ -261,14 +261,23 @@ void report_own_errors(const DiagnosisModel& model, Diagnosis& out) {
     const NoiseGroup group = at_rest(of->channel);
     const auto c = static_cast<std::size_t>(group);
     const ChannelRow& row = row_of(of->channel);
-    const OwnErrors own{row.of().column(row.first + of->component), rms_of_errors(model, term)[c],
-                        noise_unit(model.robot, group) * model.noise[c], specified.channel[c].pose};
+    OwnErrors own{row.of().column(row.first + of->component), rms_of_errors(model, term)[c],
+                  noise_unit(model.robot, group) * model.noise[c], specified.channel[c].pose};
     if (!(own.rms > own.like)) continue;
+    own.at_s = only_rest_s(model, term, own.like).value_or(kNaN);
     out.own_errors.push_back(own);
-    out.next.push_back(own.column + " has errors of its own, anew at every rest, " +
-                       printed("%.1f times those of its like: they count as noise; look at that "
-                               "sensor, its mount and its cable",
-                               own.rms / own.like));
+    const std::string times = printed("%.1f times those of its like", own.rms / own.like);
+    out.next.push_back(
+        std::isnan(own.at_s)
+            ? own.column + " has errors of its own, anew at every rest, " + times +
+                  ": they count as noise; look at that sensor, its mount and its cable"
+            : own.column +
+                  printed(" is off at the rest %.1f s after the run began, and at no "
+                          "other: it makes its errors ",
+                          own.at_s) +
+                  times +
+                  ", which counts as noise; look what touched the platform or that sensor then, "
+                  "and measure there again");
     const double rests = static_cast<double>(term.values.size());
     if (!(least_level(own.rms, rests) > kContradiction * own.sigma)) continue;
     const int cable = row.of().width == kOneACable ? of->component : -1;
@@ -416,14 +425,18 @@ struct WithoutPose {
   std::string why;         ///< empty where it gives one
   bool too_little = true;  ///< nothing contradicts the model; else the readings do
 };
-WithoutPose without_pose(const Robot& robot, const Log& log, bool motion) {
+WithoutPose without_pose(const Robot& robot, const Log& log, const ActiveEffects& happened,
+                         bool motion) {
   try {
     InMotion tried;
     if (motion) {
-      tried = calibrate_in_motion(robot, log);
+      InMotionOptions options;
+      options.calibrate.happened = happened;
+      tried = calibrate_in_motion(robot, log, options);
     } else {
       CalibrateOptions options;
       options.allow_for_effects = options.solve.explain = false;
+      options.happened = happened;
       tried.calibration = calibrate(robot, log, options);
     }
     const CalibrationResult& found = tried.calibration.result;
@@ -438,12 +451,20 @@ WithoutPose without_pose(const Robot& robot, const Log& log, bool motion) {
   }
 }
 
+/// The steps that were found in a run.
+ActiveEffects steps_of(const DiagnosisModel& model, std::size_t run) {
+  ActiveEffects steps = model.active(run);
+  std::erase_if(steps, [](const ActiveEffect& active) { return !as_step(*active.effect); });
+  return steps;
+}
+
 /// Where nothing speaks against the model, something must speak for the pose: a log that it cannot
 /// calibrate is not explained, and one that says too little of the pose says too little.
 void doubt_poses(const std::vector<Log>& logs, bool motion, Diagnosis& out) {
   if (!out.unexplained.empty()) return;
-  for (const Log& log : logs) {
-    const auto [why, too_little] = without_pose(out.corrected, log, motion);
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    const Log& log = logs[i];
+    const auto [why, too_little] = without_pose(out.corrected, log, steps_of(out.model, i), motion);
     if (why.empty()) continue;
     if (too_little && out.verdict == Verdict::consistent) {
       out.verdict = Verdict::undetermined;

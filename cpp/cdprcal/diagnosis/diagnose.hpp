@@ -69,6 +69,7 @@ struct OwnErrors {
   std::string column;                         ///< as a log calls it: length_3_m
   double rms = 0.0, like = 0.0, sigma = 0.0;  ///< over the rests, the noise of its like, and the
                                               ///< robot file's; in the column's unit
+  double at_s = kNaN;  ///< of the run: the one rest at which it is off; NaN: at several
 };
 
 /// Errors that are a smooth function of the place, of the channels in which they stand out of the

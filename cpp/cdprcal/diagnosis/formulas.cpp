@@ -340,11 +340,6 @@ class Writer {
   std::set<std::string> names_;
 };
 
-bool is_read(const DiagnosisModel& model, Channel channel) {
-  return std::ranges::any_of(
-      model.runs, [&](const DiagnosisRun& run) { return is_read(run.measurements, channel); });
-}
-
 /// Scores of many formulas: so many at a time, or their columns would take much memory.
 std::vector<LikelyFormula> scan_all(const DiagnosisModel& model, const std::vector<Formula>& all) {
   constexpr std::size_t kAtATime = 128;
@@ -412,12 +407,6 @@ constexpr std::array<Meaning, 26> kMeanings{{
 }};
 
 }  // namespace
-
-bool scatters(const DiagnosisModel& model, NoiseGroup group) {
-  constexpr double kExcess = 1.5;
-  const auto c = static_cast<std::size_t>(group);
-  return model.noise[c] > kExcess * model.floor[c];
-}
 
 bool scatters(const DiagnosisModel& model) {
   return std::ranges::any_of(kTargets, [&](const Target& channel) {

@@ -5,10 +5,8 @@
 
 namespace cdprcal {
 
-/// Whether the rests of a channel disagree with the model by more than their readings ripple. An
-/// effect may fill a channel, and pass for noise in it.
-bool scatters(const DiagnosisModel& model, NoiseGroup group);
-bool scatters(const DiagnosisModel& model);  ///< any channel's
+/// Whether any channel scatters.
+bool scatters(const DiagnosisModel& model);
 
 /// A law and its prior probability. Every pair of a channel and a variable is as probable as any
 /// other, and so is every kind of law in it; kinds with more constants to choose from share theirs.

@@ -504,6 +504,47 @@ void Search::describe() {
   }
 }
 
+std::vector<Refit> Search::jumps(const EvidenceAgainst& against, const Candidates& steps) const {
+  DiagnosisModel quiet = model_;
+  quiet.noise = quiet.floor;
+  std::vector<CandidateScore> sharp = best_steps(quiet, steps);
+  std::erase_if(sharp, [&](const CandidateScore& s) {
+    return !(s.log_evidence - cost_of(*s.effect, steps.size()) > options_.least_evidence);
+  });
+  if (sharp.empty()) return {};
+  std::ranges::stable_sort(sharp, std::ranges::greater(), &CandidateScore::log_evidence);
+  sharp.resize(std::min<std::size_t>(sharp.size(), kFewRefits));
+  // What no step is needed for speaks for none.
+  DiagnosisModel without = quiet;
+  const double by_itself = fit_with_noise(without) ? std::max(0.0, against.of(without)) : 0.0;
+  std::vector<Refit> out;
+  for (const CandidateScore& score : sharp) {
+    out.push_back(against.refit(quiet, {score.effect, score.values}));
+    out.back().score = score;
+    out.back().log_evidence -= by_itself;
+  }
+  return out;
+}
+
+bool Search::accept_best(std::vector<Refit>& refits, const Refit* rival, const Chance& chance) {
+  for (Refit& refit : refits) {
+    HeldOut held;
+    const std::string name = refit.score.effect->name();
+    const bool step = as_step(*refit.score.effect).has_value();
+    refit.score.p_value = step ? chance_at_most(refit.log_evidence) : chance(refit.score);
+    // Of steps the chance is a bound.
+    const double share = step ? kNamedShare : kShareAtRest;
+    const std::string reason = objection(refit, rival, share * options_.family_wise_p, held);
+    if (reason.empty()) {
+      stopped_ = !report("accepted " + name);
+      accept(refit, held);
+      return true;
+    }
+    out_.rejected.push_back({name, reason});
+  }
+  return false;
+}
+
 bool Search::forward() {
   look_for_fault();
   for (;;) {
@@ -537,10 +578,13 @@ bool Search::forward() {
           return is_named(s) &&
                  (s.log_evidence > options_.least_evidence || (scattered && as_step(*s.effect)));
         });
-    charge(refits, steps.size());
-    std::erase_if(refits, [&](const Refit& r) {
-      return as_step(*r.score.effect) && !(r.log_evidence > options_.least_evidence);
-    });
+    const auto charge_steps = [&](std::vector<Refit>& of) {
+      charge(of, steps.size());
+      std::erase_if(of, [&](const Refit& r) {
+        return as_step(*r.score.effect) && !(r.log_evidence > options_.least_evidence);
+      });
+    };
+    charge_steps(refits);
     std::optional<Refit> errors;
     if (rival || !refits.empty() || scattered) {
       double best = options_.least_evidence;
@@ -551,25 +595,17 @@ bool Search::forward() {
         refits = beside_sensor_errors(std::move(refits), *errors, options_.least_evidence);
       }
     }
-    bool accepted = false;
-    for (Refit& refit : refits) {
-      HeldOut held;
-      const std::string name = refit.score.effect->name();
-      const bool step = as_step(*refit.score.effect).has_value();
-      refit.score.p_value = step ? chance_at_most(refit.log_evidence) : p_named.of(refit.score);
-      // Of steps the chance is a bound.
-      const double share = step ? kNamedShare : kShareAtRest;
-      const double least_p = share * options_.family_wise_p;
-      const std::string reason = objection(refit, rival ? &*rival : nullptr, least_p, held);
-      if (reason.empty()) {
-        const bool go_on = report("accepted " + name);
-        accept(refit, held);
-        accepted = true;
-        if (!go_on) return false;
-        break;
+    const auto chance = [&](const CandidateScore& score) { return p_named.of(score); };
+    bool accepted = accept_best(refits, rival ? &*rival : nullptr, chance);
+    if (!accepted && scattered) {
+      refits = jumps(against, steps);
+      charge_steps(refits);
+      if (errors) {
+        refits = beside_sensor_errors(std::move(refits), *errors, options_.least_evidence);
       }
-      out_.rejected.push_back({name, reason});
+      accepted = accept_best(refits, rival ? &*rival : nullptr, chance);
     }
+    if (stopped_) return false;
     if (accepted) {
       look_for_fault();
       continue;

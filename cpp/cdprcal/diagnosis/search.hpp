@@ -1,6 +1,8 @@
 // Which effects to add: forward one at a time, exchange, drop.
 #pragma once
 
+#include <functional>
+
 #include "cdprcal/diagnosis/diagnose.hpp"
 #include "cdprcal/diagnosis/small_faults.hpp"
 #include "cdprcal/evidence/model_average.hpp"
@@ -70,6 +72,15 @@ class Search {
   [[nodiscard]] int refits_a_round() const {
     return (model_.runs.size() > 1 ? 2 : 1) * options_.refits;
   }
+  /// The likeliest steps as they are under the noise's floor, refitted from there: one jump fills a
+  /// channel's noise, which hides it from the scan and holds its refit back.
+  [[nodiscard]] std::vector<Refit> jumps(const EvidenceAgainst& against,
+                                         const Candidates& steps) const;
+  /// Accepts the first refit that nothing speaks against, and notes what speaks against those
+  /// before it; whether there is one. `rival`: a dependence that is as likely, or none; `chance`:
+  /// p-value of a candidate that is no step.
+  using Chance = std::function<double(const CandidateScore&)>;
+  bool accept_best(std::vector<Refit>& refits, const Refit* rival, const Chance& chance);
   /// What the evidence for a name is lowered by: there are as many steps as moves and cables, and
   /// most robots stay as they are from log to log. Errors of one sensor may be any sensor's.
   [[nodiscard]] double cost_of(const Effect& effect, std::size_t steps) const;
@@ -117,6 +128,7 @@ class Search {
   std::optional<CandidateScore> left_;
   std::optional<Refit> noise_by_place_;
   std::vector<Possibility> rivals_;
+  bool stopped_ = false;  ///< by who looks on
 };
 
 /// Writes down the residuals after a step.

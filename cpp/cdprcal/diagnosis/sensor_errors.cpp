@@ -247,6 +247,29 @@ class SensorErrors final : public Effect {
     return out;
   }
 
+  /// Of one sensor: at which rest of the only run errors are large, where that is one.
+  [[nodiscard]] std::optional<double> only_rest_s(const DiagnosisModel& model,
+                                                  const EffectTerm& term, double like) const {
+    const int n = model.robot.cable_count();
+    if (!only_ || model.runs.size() != 1) return std::nullopt;
+    const DiagnosisRun& run = model.runs.front();
+    MeanSquare all;
+    double largest = 0.0, at_s = kNaN, count = 0.0;
+    for (std::size_t i = 0; i < run.measurements.size(); ++i) {
+      const Measurement& m = run.measurements[i];
+      if (is_moving(m)) continue;
+      const double error = by_component(n, m, run.poses[i], term.values)[place_of(*only_, n)];
+      all.add(error);
+      count += 1.0;
+      if (std::abs(error) > largest) largest = std::abs(error), at_s = m.run_time_s;
+    }
+    constexpr double kByChance = 0.99;
+    const double others = count * std::pow(all.rms(), 2) - largest * largest;
+    const double most = like * like * chi_square_quantile(kByChance, std::max(1.0, count - 1.0));
+    if (!(largest > 0.0) || others > most) return std::nullopt;
+    return at_s;
+  }
+
  private:
   [[nodiscard]] int components(int cables) const { return only_ ? 1 : all_components(cables); }
   /// What all terms together add to each component of kParts.
@@ -378,6 +401,11 @@ std::optional<double> reach_of_errors_m(const Effect& effect) {
 
 std::array<double, kRestGroups> rms_of_errors(const DiagnosisModel& model, const EffectTerm& term) {
   return dynamic_cast<const SensorErrors&>(*term.effect).rms(model, term);
+}
+
+std::optional<double> only_rest_s(const DiagnosisModel& model, const EffectTerm& term,
+                                  double like) {
+  return dynamic_cast<const SensorErrors&>(*term.effect).only_rest_s(model, term, like);
 }
 
 bool within_specification(const DiagnosisModel& model, const EffectTerm& term) {

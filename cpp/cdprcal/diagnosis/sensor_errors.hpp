@@ -52,6 +52,11 @@ std::optional<double> reach_of_errors_m(const Effect& effect);
 /// rad, rad, rad, N (balance: to the load cells), NaN for channels that it leaves alone.
 std::array<double, kRestGroups> rms_of_errors(const DiagnosisModel& model, const EffectTerm& term);
 
+/// Errors of one sensor in one run that are those of one rest: its time in the run. At all others
+/// they are no larger than errors of `like` [the channel's unit] may be by chance. Nothing where
+/// several are.
+std::optional<double> only_rest_s(const DiagnosisModel& model, const EffectTerm& term, double like);
+
 /// Whether such errors are none but those which the sensors are specified to have, in all channels.
 bool within_specification(const DiagnosisModel& model, const EffectTerm& term);
 

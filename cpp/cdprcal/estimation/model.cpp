@@ -315,6 +315,12 @@ ActiveEffects DiagnosisModel::active(std::size_t run, const Eigen::VectorXd& val
   return out;
 }
 
+bool scatters(const DiagnosisModel& model, NoiseGroup group) {
+  constexpr double kExcess = 1.5;
+  const auto c = static_cast<std::size_t>(group);
+  return model.noise[c] > kExcess * model.floor[c];
+}
+
 bool balances_in_motion(const DiagnosisModel& model) {
   return std::ranges::any_of(model.runs, [](const DiagnosisRun& run) {
     return std::ranges::any_of(run.measurements, &Measurement::moves);

@@ -84,6 +84,10 @@ struct DiagnosisModel {
   [[nodiscard]] ActiveEffects active(std::size_t run, const Eigen::VectorXd& values) const;
 };
 
+/// Whether the rests of a channel disagree with the model by more than their readings ripple. An
+/// effect may fill a channel, and pass for noise in it.
+bool scatters(const DiagnosisModel& model, NoiseGroup group);
+
 /// Whether moments of motion balance in a model. What is not known of their accelerations follows
 /// the motion, and so its readings: a law of the residuals by readings proves nothing there, but
 /// for one with a name and a mechanism of its own.

@@ -23,9 +23,12 @@ bool reads_tensions(const std::vector<Measurement>& measurements) {
   return is_read(measurements, Channel::balance);
 }
 
-bool reads_tensions(const DiagnosisModel& model) {
-  return std::ranges::any_of(
-      model.runs, [](const DiagnosisRun& run) { return reads_tensions(run.measurements); });
+bool is_read(const DiagnosisModel& model, Channel channel) {
+  return std::ranges::any_of(model.runs, [channel](const DiagnosisRun& run) {
+    return is_read(run.measurements, channel);
+  });
 }
+
+bool reads_tensions(const DiagnosisModel& model) { return is_read(model, Channel::balance); }
 
 }  // namespace cdprcal

@@ -12,6 +12,9 @@ bool is_read(const std::vector<Measurement>& measurements, Channel channel);
 /// The same, but a balance is read where its rest poses an equation, with load cells or without.
 bool is_read(const CalibrationProblem& problem, Channel channel);
 
+/// The same, in any run.
+bool is_read(const DiagnosisModel& model, Channel channel);
+
 /// Whether any load cell was read.
 bool reads_tensions(const std::vector<Measurement>& measurements);
 /// The same, in any run.

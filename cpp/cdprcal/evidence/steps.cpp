@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "cdprcal/effects/catalogue.hpp"
 #include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/statics/wrench.hpp"
 
@@ -213,6 +214,64 @@ class LoadCellShift final : public StepEffect {
   EffectInfo info_;
 };
 
+/// Of one swivel encoder, whose coupling gave.
+class SwivelShift final : public StepEffect {
+ public:
+  explicit SwivelShift(Step step) : StepEffect(step) {
+    info_.name = "swivel_shift";
+    info_.equation = "sigma* = sigma + angle_rad after time_s";
+    info_.parameters = {{.name = "angle_rad",
+                         .unit = "rad",
+                         .shape = ParameterShape::scalar,
+                         .typical = 0.02,
+                         .plausible = 0.5}};
+    info_.scope = EffectScope::run;
+    info_.sentence = "a swivel encoder slipped on its axis";
+    info_.remedy = "tighten its coupling; what came before and after are two different references";
+    info_.settle = "look at the encoder's marks on its axis";
+  }
+  const EffectInfo& info() const override { return info_; }
+  void add_to_readings(const EffectContext& context, const EffectValues& angle_rad,
+                       PoseEvaluation& evaluation) const override {
+    if (after(context)) evaluation.swivel_rad[*step().cable] += angle_rad[0];
+  }
+  void columns(const EffectContext& context, const EffectValues&,
+               EffectColumns out) const override {
+    if (after(context))
+      out(ReadingRows{context.state.cable_count}.swivel() + *step().cable, 0) = 1.0;
+  }
+
+ private:
+  EffectInfo info_;
+};
+
+/// Of the AHRS: mounted askew from a move on.
+class AhrsShift final : public StepEffect {
+ public:
+  explicit AhrsShift(Step step) : StepEffect(step), info_(askew_->info()) {
+    info_.name = "ahrs_shift";
+    info_.equation = "R* = R exp(rho) after time_s";
+    info_.parameters.front().plausible = 0.5;  // nobody screwed it on so
+    info_.scope = EffectScope::run;
+    info_.confused_with.clear();
+    info_.sentence = "something knocked the attitude sensor askew";
+    info_.remedy = "fasten it; what came before and after are two different mountings";
+  }
+  const EffectInfo& info() const override { return info_; }
+  void add_to_readings(const EffectContext& context, const EffectValues& rotation_rad,
+                       PoseEvaluation& evaluation) const override {
+    if (after(context)) askew_->add_to_readings(context, rotation_rad, evaluation);
+  }
+  void columns(const EffectContext& context, const EffectValues& rotation_rad,
+               EffectColumns out) const override {
+    if (after(context)) askew_->columns(context, rotation_rad, out);
+  }
+
+ private:
+  std::shared_ptr<const Effect> askew_ = find_effect("ahrs_misalignment");
+  EffectInfo info_;
+};
+
 /// The middle of each move of a run.
 std::vector<double> moves_s(const DiagnosisRun& run) {
   std::vector<double> rests_s, out;
@@ -229,11 +288,19 @@ std::vector<double> moves_s(const DiagnosisRun& run) {
 /// The robot whose steps they are.
 struct Stepping {
   explicit Stepping(const DiagnosisModel& model)
-      : robot(model.robot), has_load_cells(reads_tensions(model)) {}
-  explicit Stepping(const Robot& with_all_sensors)
-      : robot(with_all_sensors), has_load_cells(true) {}
+      : robot(model.robot),
+        has_load_cells(reads_tensions(model)),
+        swivels_jump(jumps(model, Channel::swivel)),
+        attitude_jumps(jumps(model, Channel::roll_pitch)) {}
+  explicit Stepping(const Robot& with_all_sensors) : robot(with_all_sensors) {}
   const Robot& robot;
-  bool has_load_cells;
+  bool has_load_cells = true, swivels_jump = true, attitude_jumps = true;
+
+ private:
+  /// Whether a sensor of the channel may have: a jump that is no noise makes it scatter.
+  static bool jumps(const DiagnosisModel& model, Channel channel) {
+    return is_read(model, channel) && scatters(model, at_rest(channel));
+  }
 };
 
 void add_steps(double time_s, const Stepping& of, Candidates& out) {
@@ -246,6 +313,15 @@ void add_steps(double time_s, const Stepping& of, Candidates& out) {
   for (int cable = 0; cable < cables; ++cable) {
     out.push_back(std::make_shared<LoadCellShift>(Step{.time_s = time_s, .cable = cable}));
   }
+}
+
+/// Of sensors that the others check. calibrate leaves them out of what it allows for at the first
+/// move: they hide nothing.
+void add_shifts_of_angles(double time_s, const Stepping& of, Candidates& out) {
+  for (int cable = 0; of.swivels_jump && cable < of.robot.cable_count(); ++cable) {
+    out.push_back(std::make_shared<SwivelShift>(Step{.time_s = time_s, .cable = cable}));
+  }
+  if (of.attitude_jumps) out.push_back(std::make_shared<AhrsShift>(Step{.time_s = time_s}));
 }
 
 /// What only the first move of a run is likely to do.
@@ -271,7 +347,10 @@ Candidates step_candidates(const DiagnosisModel& model) {
   }
   const Stepping of(model);
   Candidates out;
-  for (const double time_s : all_s) add_steps(time_s, of, out);
+  for (const double time_s : all_s) {
+    add_steps(time_s, of, out);
+    add_shifts_of_angles(time_s, of, out);
+  }
   for (const double time_s : first_s) add_first(time_s, of, out);
   return out;
 }
@@ -279,6 +358,7 @@ Candidates step_candidates(const DiagnosisModel& model) {
 Candidates kinds_of_steps(const Robot& robot) {
   Candidates out;
   add_steps(0.0, Stepping(robot), out);
+  add_shifts_of_angles(0.0, Stepping(robot), out);
   add_first(0.0, Stepping(robot), out);
   std::erase_if(out, [](const auto& step) { return as_step(*step)->cable.value_or(0) > 0; });
   return out;

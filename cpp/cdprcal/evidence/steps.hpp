@@ -17,6 +17,8 @@ struct Step {
 /// - cable_slip: a cable slipped on its drum, unseen by the encoder; one for each cable
 /// - load_shift: the platform's load moved, or became another
 /// - load_cell_shift: the zero of a load cell jumped; one for each
+/// - swivel_shift: a swivel encoder slipped on its axis; one for each, where these scatter
+/// - ahrs_shift: the attitude sensor was knocked askew; where it scatters
 /// and at a run's first move, where these part its first rest from all others:
 /// - cable_slip: all cables together slipped, as where brakes let go
 /// - contact: something bore the platform until then

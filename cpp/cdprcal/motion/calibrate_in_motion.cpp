@@ -467,8 +467,9 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   // balance from moment to moment, with accelerations that are known for no more than they are.
   std::optional<InMotion> found;
   std::vector<Push> pushed;
-  MovingRun moving{options, run,   path_state(robot, run.log), resolve_effects(robot, log.source),
-                   true,    pushed};
+  MovingRun moving{
+      options, run,   path_state(robot, run.log), known_effects(robot, log, options.calibrate),
+      true,    pushed};
   for (const bool by_stretch : {true, false}) {
     moving.by_stretch = by_stretch;
     found = rests_and_motion(plain, log, moving);
@@ -517,7 +518,8 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   }
   found->swings = swings(found->calibration, run, smoothed(found->calibration, run));
   if (options.calibrate.solve.explain) {
-    explain(found->calibration.problem, found->calibration.result);
+    result.least_observed.clear();  // of the fit, before what else may be wrong
+    explain(found->calibration.problem, result);
   }
   return *std::move(found);
 }

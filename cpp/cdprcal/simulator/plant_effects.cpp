@@ -6,6 +6,7 @@
 
 #include "cdprcal/effects/schema.hpp"
 #include "cdprcal/error.hpp"
+#include "cdprcal/geometry/euler.hpp"
 #include "cdprcal/geometry/pose.hpp"
 #include "cdprcal/simulator/dynamics.hpp"
 
@@ -314,6 +315,27 @@ std::vector<InjectableEffect> rows() {
          });
        },
        nullptr, moment("bias_N")},
+      {"swivel_shift", "the swivel encoder slips on its axis by so much",
+       [](V& v, P& p) {
+         p.swivel_rad.push_back([at = Moment(v)](double swivel_rad, int cable, double time_s) {
+           return cable == at.cable && time_s >= at.time_s ? swivel_rad + at.size : swivel_rad;
+         });
+       },
+       nullptr, moment("angle_rad")},
+      {"ahrs_shift",
+       "something knocks the AHRS askew",
+       [](V& v, P& p) {
+         const double at_s = v.scalar();
+         p.attitude_rad.push_back([at_s, askew = exp_so3(v.vector3()).toRotationMatrix(),
+                                   convention = p.robot.euler_convention](
+                                      const Pose&, double time_s, Vector3& roll_pitch_yaw_rad) {
+           if (time_s < at_s) return;
+           roll_pitch_yaw_rad = euler_from_rotation(
+               rotation_from_euler(roll_pitch_yaw_rad, convention) * askew, convention);
+         });
+       },
+       nullptr,
+       {{"time_s", kScalar}, {"rotation_rad", ParameterShape::vector3}}},
       {"load_shift",
        "the load becomes heavier by so much, and moves on the platform",
        [](V& v, P& p) {

@@ -5,6 +5,7 @@
 
 #include "cdprcal/equilibria/direct.hpp"
 #include "cdprcal/geometry/fifth_degree.hpp"
+#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/statics/natural_frequencies.hpp"
 
 namespace cdprcal {
@@ -12,16 +13,19 @@ namespace {
 
 PathNode node_at(const Robot& robot, const Pose& pose, const CableVector& tension_N) {
   const PlatformState state = platform_state(robot, pose);
-  const CableJacobian j = length_jacobian(state);
-  const Matrix6 mass = mass_matrix(robot, state);
+  // Along the motion that the platform has: a guided one gives way in no other direction.
+  const TwistBasis basis = motion_basis(robot);
+  const Eigen::MatrixXd j = length_jacobian(state) * basis;
+  const auto answer = [&](const Matrix6& resists) -> CableMatrix {
+    const Eigen::MatrixXd along = basis.transpose() * resists * basis;
+    return j * along.partialPivLu().solve(j.transpose());
+  };
   const Matrix6 k = stiffness(robot, state, tension_N);
-  const Matrix6 symmetric = 0.5 * (k + k.transpose());
   PathNode node;
   node.pose = pose;
-  const Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxCables> forces = j.transpose();
-  const CableMatrix flexibility = j * symmetric.partialPivLu().solve(forces);
+  const CableMatrix flexibility = answer(0.5 * (k + k.transpose()));
   node.flexibility_m_N = 0.5 * (flexibility + flexibility.transpose());
-  node.mobility_1_kg = j * mass.partialPivLu().solve(forces);
+  node.mobility_1_kg = answer(mass_matrix(robot, state));
   const double slowest_hz =
       constant_tension_modes(robot, state, tension_N).natural_frequency_hz.minCoeff();
   node.slowest_rad_s = 2.0 * kPi * slowest_hz;

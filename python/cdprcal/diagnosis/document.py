@@ -68,6 +68,7 @@ def diagnosis_as_dict(
                 "rms": number(own.rms),
                 "like": number(own.like),
                 "sigma": number(own.sigma),
+                "at_s": number(own.at_s),
             }
             for own in diagnosis.own_errors
         ],

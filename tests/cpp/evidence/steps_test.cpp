@@ -21,6 +21,16 @@ std::shared_ptr<const Effect> first(const DiagnosisModel& model, const std::stri
   return nullptr;
 }
 
+/// Two runs whose angles scatter more than their readings ripple, as a jump makes them do.
+DiagnosisModel with_jumping_angles() {
+  DiagnosisModel model = test::two_runs();
+  for (const Channel channel : {Channel::swivel, Channel::roll_pitch}) {
+    const auto c = static_cast<std::size_t>(at_rest(channel));
+    model.noise[c] = 3.0 * model.floor[c];
+  }
+  return model;
+}
+
 /// Steps at each move of a robot of four cables: a slip and a load cell of each, and one of the
 /// load.
 constexpr std::size_t kAMove = 9;
@@ -94,7 +104,7 @@ TEST(Steps, AreOfKindsThatAreAllTheCandidates) {
   const auto kind = [](const Effect& e) {
     return Kind{e.info().sentence, as_step(e)->parts_a_rest};
   };
-  const DiagnosisModel& model = test::two_runs();
+  const DiagnosisModel model = with_jumping_angles();
   for (const auto& step : kinds_of_steps(model.robot))
     EXPECT_TRUE(kinds.insert(kind(*step)).second);
   for (const auto& step : step_candidates(model)) candidates.insert(kind(*step));
@@ -294,6 +304,64 @@ TEST(Steps, OfLoadCellsAreOfRobotsThatHaveThem) {
     for (Measurement& m : run.measurements) m.tension_N.resize(0);
   }
   for (const auto& step : step_candidates(model)) EXPECT_NE(step->name(), "load_cell_shift");
+}
+
+TEST(ShiftsOfAngles, AreReadFromTheirMoveOn) {
+  const DiagnosisModel model = with_jumping_angles();
+  const DiagnosisRun& run = model.runs[0];
+  const Candidates steps = step_candidates(model);
+  const EffectValues swivel_rad = EffectValues::Constant(1, 0.03);
+  const EffectValues rotation_rad = Eigen::Vector3d(0.02, -0.01, 0.03);
+  const auto readings = [&](const Effect& effect, const EffectContext& context,
+                            const EffectValues& values) {
+    PoseEvaluation e;
+    e.length_m = e.swivel_rad = CableVector::Zero(4);
+    e.roll_pitch_yaw_rad =
+        euler_from_rotation(context.state.rotation, model.robot.euler_convention);
+    effect.add_to_readings(context, values, e);
+    Eigen::VectorXd out(11);
+    out << e.length_m, e.swivel_rad, e.roll_pitch_yaw_rad;
+    return out;
+  };
+  constexpr std::size_t kAlso = 5;  // a swivel encoder of each cable, and the AHRS
+  for (const std::size_t k : {(kAMove + kAlso) * 2 + 10, (kAMove + kAlso) * 2 + 13}) {
+    const Effect& effect = *steps[k];
+    const Step step = *as_step(effect);
+    const EffectValues& values = effect.size(4) == 1 ? swivel_rad : rotation_rad;
+    for (std::size_t i = 0; i < run.measurements.size(); ++i) {
+      const PlatformState state = platform_state(model.robot, run.poses[i]);
+      const EffectContext context{model.robot, state, run.poses[i], run.measurements[i]};
+      const Eigen::VectorXd none = readings(effect, context, EffectValues::Zero(values.size()));
+      const Eigen::VectorXd change = readings(effect, context, values) - none;
+      EXPECT_EQ(change.isZero(1e-9), run.measurements[i].run_time_s < step.time_s) << i;
+      if (step.cable) {
+        EXPECT_EQ(change.norm(), std::abs(change[4 + *step.cable])) << i;
+      }
+      Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(ReadingRows{4}.size(), values.size());
+      effect.columns(context, values, columns);
+      const NumericJacobian by_value = numeric_jacobian(
+          [&](const Eigen::VectorXd& x) { return readings(effect, context, x); }, values, 1e-5);
+      EXPECT_TRUE(jacobian_matches(columns.topRows(11), by_value, 1e-6)) << i;
+    }
+  }
+}
+
+TEST(ShiftsOfAngles, AreOfRobotsThatReadThemAndOfChannelsThatScatter) {
+  for (const auto& step : step_candidates(test::two_runs())) {
+    EXPECT_NE(step->name(), "swivel_shift");
+    EXPECT_NE(step->name(), "ahrs_shift");
+  }
+  DiagnosisModel model = with_jumping_angles();
+  for (DiagnosisRun& run : model.runs) {
+    for (Measurement& m : run.measurements) {
+      m.swivel_rad.resize(0);
+      m.roll_pitch_yaw_rad.setConstant(kNaN);
+    }
+  }
+  for (const auto& step : step_candidates(model)) {
+    EXPECT_NE(step->name(), "swivel_shift");
+    EXPECT_NE(step->name(), "ahrs_shift");
+  }
 }
 
 /// What a step that is hidden at the first move does to the pose that is found without it.

@@ -534,6 +534,13 @@ TEST_F(InjectedEffects, EventsHappenWhenAndWhereAsked) {
   EXPECT_CLOSE(misread_N(look()), CableVector::Zero(4), 1e-9);
   EXPECT_CLOSE(misread_N(go(0)), Eigen::Vector4d(0, 7, 0, 0), 1e-9);
 
+  start({"swivel_shift=1,2,0.03"});
+  const Rest unmoved = look();
+  EXPECT_NEAR(go(0).sample.swivel_rad[1] - unmoved.sample.swivel_rad[1], 0.03, 1e-9);
+  start({"ahrs_shift=1,0.02,0,0"});
+  const Vector3 knocked_rad = go(0).sample.roll_pitch_yaw_rad - unmoved.sample.roll_pitch_yaw_rad;
+  EXPECT_NEAR(knocked_rad.norm(), 0.02, 2e-3);  // the platform leans, and shares it among angles
+
   start({"slack=1,1,0.4"});
   simulator->advance(0.99);
   EXPECT_GT(simulator->truth().tension_N[0], 50.0);
