@@ -28,7 +28,9 @@ _AXES = ("roll", "pitch", "yaw")
 _AXIS = re.compile(r"(?:(?<![a-z])|(?<=acc)|(?<=gyr)|(?<=gyro)|(?<=omega))([xyz])(?![a-z0-9])")
 #: An underactuated platform hangs; no run tilts it further [rad].
 _MOST_TILT = math.radians(60.0)
-#: Nor does it turn faster [rad/s].
+#: No swivel or axis goes on beyond it [rad].
+_TURN = 2.0 * math.pi
+#: Nor does a platform turn faster [rad/s].
 _MOST_RATE = 2.0 * math.pi
 #: What all tensions together are of the platform's weight.
 _OF_WEIGHT = (0.5, 20.0)
@@ -371,7 +373,11 @@ def _with_unit(
     if dimension == "m_s2":
         written = {"g" if unit == "gf" else unit for unit in written}
     if len(written) == 1 and written < set(UNITS[dimension]):
-        return replace(line, unit=written.pop(), why=f"{line.why}; unit as written")
+        (unit,) = written
+        if unit == "rad" and (usual := float(np.nanmax(np.nanmedian(np.abs(values), 0)))) > _TURN:
+            why = f"{line.why}; rad as written, but around {usual:.3g}: see that it is degrees"
+            return replace(line, unit="deg", sure="guess", why=why)
+        return replace(line, unit=unit, why=f"{line.why}; unit as written")
     unit, why, has_scale, rivals = _unit_by_range(line.name, values, robot)
     if written:
         one = dimension.replace("_s", "/s")
@@ -401,7 +407,7 @@ def _unit_by_range(
     if dimension == "rad":
         tilt = values[:, :2] if kind == "attitude" else values
         most = float(np.nanmax(np.abs(tilt)))
-        limit = _MOST_TILT if kind == "attitude" else 2.0 * math.pi
+        limit = _MOST_TILT if kind == "attitude" else _TURN
         read = values[np.isfinite(values).all(axis=1)]  # other sensors may have rows between
         steps = (
             float(np.median(np.abs(np.diff(read, axis=0)).max(axis=1))) if len(read) > 1 else 0.0
