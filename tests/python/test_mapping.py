@@ -312,6 +312,61 @@ def test_other_columns_are_answered_by_the_way_to_a_map(
     assert "--propose" not in ran.stderr
 
 
+def _each_row(text: str, at_end: str) -> str:
+    header, *rows = text.splitlines()
+    return "\n".join([header, *(row + at_end for row in rows), ""])
+
+
+def _dated(text: str) -> str:
+    header, *rows = text.splitlines()
+    begin = datetime(2026, 3, 1, 12)
+    for i, row in enumerate(rows):
+        time_s, rest = row.split(",", 1)
+        rows[i] = f"{(begin + timedelta(seconds=float(time_s))).isoformat()},{rest}"
+    return "\n".join([header, *rows, ""])
+
+
+ALMOST_LOGS: dict[str, Callable[[str], str]] = {
+    "degrees": lambda text: text.replace("swivel_1_rad", "swivel_1_deg"),
+    "millimetres": lambda text: text.replace("length_1_m", "length_1_mm"),
+    "a comment": lambda text: _each_row(text, ",good").replace("\n", ",comment\n", 1),
+    "from zero": lambda text: re.sub(r"_(\d)_", lambda found: f"_{int(found[1]) - 1}_", text),
+    "dates": _dated,
+    "old Mac": lambda text: text.replace("\n", "\r"),
+    "trailing commas": lambda text: _each_row(text, ","),
+    "trailing commas in all lines": lambda text: text.replace("\n", ",\n"),
+}
+
+
+@pytest.mark.parametrize("slip", ALMOST_LOGS)
+def test_what_a_map_would_read_is_answered_by_the_way_to_it(
+    cli: Cli, log_path: Path, tmp_path: Path, slip: str
+) -> None:
+    log_path.write_bytes(ALMOST_LOGS[slip](log_path.read_text()).encode())
+    for command in (["check", "irma4", log_path], ["import", log_path, "-o", tmp_path / "o.csv"]):
+        ran = cli(*command)
+        assert ran.code == 2
+        assert ran.stderr.count("--map") == 1
+        assert f"cdprcal check {log_path} --propose map.yaml writes one" in ran.stderr
+    assert cli("check", log_path, "--propose", tmp_path / "map.yaml").code < 2
+
+
+@pytest.mark.parametrize("ending", [".csv", " of others.csv"])
+def test_another_number_of_cables_is_said_before_a_map_is_written(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path, ending: str
+) -> None:
+    raw, the_map = tmp_path / f"three{ending}", tmp_path / "map.yaml"
+    log = synthetic.log
+    cdprcal.write_log(cdprcal.Log(time_s=log.time_s, length_m=log.length_m[:, :3]), str(raw))
+    if "of others" in ending:
+        raw.write_text(raw.read_text().replace("length_", "rope "))
+    ran = cli("check", "irma4", raw, "--propose", the_map)
+    assert ran.code == 2
+    assert "has 3 cables, robot irma4 has 4; use the robot file of the robot that" in ran.stderr
+    assert not the_map.exists()
+    assert "--propose" not in cli("check", "irma4", raw).stderr or "of others" in ending
+
+
 MAP = """format: cdprcal-map-1
 time: {column: t, unit: ms}
 channels:

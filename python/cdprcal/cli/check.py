@@ -93,7 +93,7 @@ def command(
     if map_:
         report = check_log(the_robot, Reader(the_robot, map_).load(log), segment)
     else:
-        with map_offered(log):
+        with map_offered(log, the_robot):
             report = check_file(the_robot, log, segment)
     if json:
         print_json(report.as_dict())

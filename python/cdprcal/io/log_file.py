@@ -132,16 +132,18 @@ def _same_run(a: _core.Log, b: _core.Log) -> bool:
 
 def require_cable_count(file: LogFile, robot: _core.Robot) -> None:
     """Raises InputError when the log is of a robot with another number of cables."""
-    count = file.log.cable_count
+    refuse_cable_count(file.path, file.log.cable_count, robot)
+
+
+def refuse_cable_count(path: Path, count: int, robot: _core.Robot) -> None:
+    """Raises InputError when a log of so many cables (0: it says nothing of them) is no log of the
+    robot's."""
     if count not in (0, robot.cable_count):
+        cables = "1 cable" if count == 1 else f"{count} cables"
         raise InputError(
-            f"{shown_path(file.path)}: has {_cables(count)}, robot {robot.name} has "
-            f"{robot.cable_count}: use the robot file of the robot that wrote this log"
+            f"{shown_path(path)}: has {cables}, robot {robot.name} has {robot.cable_count}; use "
+            "the robot file of the robot that wrote this log"
         )
-
-
-def _cables(count: int) -> str:
-    return "1 cable" if count == 1 else f"{count} cables"
 
 
 def _sample_lines(data: bytes, count: int) -> NDArray[np.int64]:
