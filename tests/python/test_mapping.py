@@ -1223,7 +1223,14 @@ def test_what_needs_an_extra_names_it(
 DAMAGED = {
     "x.mat": (b"MATLAB 5.0 MAT-file" + bytes(200), "is no whole MAT-file"),
     "x.csv": (b"once upon a time\nthere was\n", "is no table of numbers"),
-    "empty.csv": (b"", "is no table of numbers"),
+    "empty.csv": (b"", "empty.csv: is empty; a log must start with a header"),
+    "remarks.csv": (b"# my log\n\n", "remarks.csv: is empty; a log must"),
+    "header.csv": (b"time_s,length_1_m\n", "header.csv: no samples follow the header; log again"),
+    "units.csv": (b"t;l1\n[s];[mm]\n", "units.csv: no samples follow the header; log again"),
+    "one.csv": (
+        b"time_s,length_1_m\n0.5,1.5\n",
+        "one.csv: a single sample follows the header; log for longer",
+    ),
     "one line.json": (
         b'{"a":{' + b'"1":2.5,' * 30000 + b'"9":0}',
         "one line.json:1: has a cell of more than 131072",
@@ -1325,12 +1332,13 @@ def test_a_last_line_that_is_cut_off_is_left_out_and_said_so(text: str, tmp_path
     assert read_raw(path).cut_line is None
 
 
+@pytest.mark.parametrize("at_end", ["77.1,1817.5,18", "\0" * 512, "77.1,1817.5,18\0\0\0"])
 def test_who_maps_a_log_is_told_of_its_cut_last_line(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path, at_end: str
 ) -> None:
     raw, the_map = SHAPES["kgf, unsaid"].make(synthetic.log, tmp_path), tmp_path / "map.yaml"
     lines = len(raw.read_text().splitlines())
-    raw.write_text(raw.read_text() + "77.1,1817.5,18")
+    raw.write_text(raw.read_text() + at_end)
     assert f"not used: line {lines + 1}, which is cut off" in (
         cli("check", "irma4", raw, "--propose", the_map).stdout
     )
