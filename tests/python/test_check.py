@@ -321,7 +321,9 @@ DAMAGE: dict[str, tuple[Callable[[list[bytes]], bytes], str, int]] = {
     ),
     "cut": (lambda rows: b"".join(rows)[:-60], "truncated", -2),
     "clock went back": (
-        lambda rows: b"".join(rows[:50] + rows[30:40] + rows[50:]),
+        lambda rows: b"".join(
+            [*rows[:50], *(row[:-1] + b"0\n" for row in rows[30:40]), *rows[50:]]
+        ),
         "time_not_increasing",
         51,
     ),

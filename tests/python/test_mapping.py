@@ -347,7 +347,7 @@ def test_what_a_map_would_read_is_answered_by_the_way_to_it(
         ran = cli(*command)
         assert ran.code == 2
         assert ran.stderr.count("--map") == 1
-        assert f"cdprcal check {log_path} --propose map.yaml writes one" in ran.stderr
+        assert f"cdprcal check {log_path} --propose map.yaml writes" in ran.stderr
     assert cli("check", log_path, "--propose", tmp_path / "map.yaml").code < 2
 
 

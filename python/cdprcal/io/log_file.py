@@ -15,6 +15,7 @@ from cdprcal.extras import need
 from cdprcal.findings import Finding
 from cdprcal.io.files import begins_with, read_bytes, refuse_many_lines, refuse_utf_16, shown_path
 from cdprcal.io.loaded import LogFile, LogFormat
+from cdprcal.io.sample_order import Disorder, in_order
 
 _MCAP_MAGIC = b"\x89MCAP0\r\n"
 #: How a CSV log begins that ``cdprcal acquire`` wrote.
@@ -97,7 +98,23 @@ def parse_csv_log(data: bytes, path: Path) -> LogFile:
     if data.startswith(ACQUIRED):
         data = _whole_lines(data, findings)
         findings += _unfinished(data)
-    log = _core.parse_log(data, shown_path(path))
+    name = shown_path(path)
+    try:
+        log = _core.parse_log(data, name)
+    except InputError as error:
+        ordered = in_order(data)
+        if ordered is None:
+            raise
+        if isinstance(ordered, Disorder):
+            where = f"{name}:{ordered.line}: "
+            if not str(error).startswith(where):
+                raise  # it is of something else
+            raise InputError(f"{where}column time_s: {ordered.problem}; {ordered.remedy}") from None
+        try:
+            log = _core.parse_log(ordered.text, name)
+        except InputError:
+            raise error from None  # it has the right line
+        return LogFile(path, "csv", log, (*findings, *ordered.findings), line=ordered.line)
     return LogFile(path, "csv", log, tuple(findings), line=_sample_lines(data, len(log)))
 
 

@@ -73,24 +73,26 @@ def read_delimited(path: Path, form: DelimitedForm | None = None) -> RawTable:
             f"{name}:{number}: has a cell of more than {most} characters, which no reading has; "
             "correct or delete the line"
         ) from None
-    raise InputError(f"{name}: {_why_no_table(lines)}")
+    raise _no_table(name, lines)
 
 
-def _why_no_table(lines: list[str]) -> str:
-    """Why lines are none, and what to do."""
+def _no_table(name: str, lines: list[str]) -> InputError:
+    """That lines are none, why, and what to do."""
     held = [line for line in lines if line.strip() and line.lstrip()[0] not in _COMMENT]
     if not held:
-        return "is empty; a log must start with a header 'time_s,…'"
+        return InputError(f"{name}: is empty; a log must start with a header 'time_s,…'")
     for separator in SEPARATORS[:-1]:  # between blanks any words would be a header
         header, *rows = (_without_empty_end(cells_of(line, separator)) for line in held)
         if len(header) < 2 or any(is_number(c, d) for c in header for d in ".,"):
             continue
         samples = [row for row in rows if any(is_number(c, d) for c in row for d in ".,")]
         if not samples:
-            return "no samples follow the header; log again"
+            return InputError(f"{name}: no samples follow the header; log again")
         if len(samples) == 1:
-            return "a single sample follows the header; log for longer"
-    return "is no table of numbers; give columns separated by ; , | tabs or blanks"
+            return InputError(f"{name}: a single sample follows the header; log for longer")
+    return InputError(
+        f"{name}: is no table of numbers; give columns separated by ; , | tabs or blanks"
+    )
 
 
 def _refuse_other_separator(name: str, lines: list[str], form: DelimitedForm) -> None:

@@ -28,10 +28,11 @@ def map_offered(path: str | Path, robot: _core.Robot | None) -> Iterator[None]:
     except InputError as error:
         if not (_is_foreign(Path(path)) or _is_mapped(Path(path), robot)):
             raise
-        offer = "" if "--map" in str(error) else "or give a mapping file with --map: "
+        proposes = as_typed("check", shown_path(path), "--propose", "map.yaml")
+        if "--map" in str(error):
+            raise InputError(f"{error}; see: {proposes} writes one") from None
         raise InputError(
-            f"{error}; {offer}{as_typed('check', shown_path(path), '--propose', 'map.yaml')} "
-            "writes one"
+            f"{error}; or give a mapping file with --map: {proposes} writes one"
         ) from None
 
 
