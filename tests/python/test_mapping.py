@@ -105,9 +105,9 @@ def test_the_proposal_says_how_sure_it_is(
     assert "can be used" in checked.stdout
     found = cli("diagnose", "irma4", raw, "--map", the_map)
     assert (found.code, found.stdout.splitlines()[0]) == (0, "consistent: no effect found")
-    again = cli("check", "irma4", raw, "--propose", the_map, "--json")
+    again = cli("check", "irma4", raw, "--propose", the_map, "--map", the_map)
     assert again.code == 2
-    assert "leave out --json" in again.stderr
+    assert "leave out --map" in again.stderr
     over = cli("check", "irma4", raw, "--propose", raw)
     assert over.code == 2
     assert "is the log that is read" in over.stderr
