@@ -69,8 +69,9 @@ def in_order(data: bytes) -> Ordered | Disorder | None:
         row = line.strip()
         if not row or row.startswith(b"#"):
             continue
-        cells = row.split(b",")
-        time_s = finite_number(cells[names.index(b"time_s")]) if len(cells) == len(names) else None
+        if row.count(b",") != len(names) - 1:
+            return None
+        time_s = finite_number(row.split(b",")[names.index(b"time_s")])
         if time_s is None:
             return None
         if row in seen:

@@ -19,6 +19,9 @@ from cdprcal.mapping.read import read_raw
 from cdprcal.mapping.recognise import taken_apart
 from cdprcal.terminal import as_typed
 
+_HEAD = 1 << 16  # bytes
+_LEAST_LINES = 3  # of a header and two rows
+
 
 @contextmanager
 def map_offered(path: str | Path, robot: _core.Robot | None) -> Iterator[None]:
@@ -40,7 +43,7 @@ def _is_foreign(path: Path) -> bool:
     """A table whose first line that is no comment names no time_s, as logs do."""
     if is_workbook(path):
         return True
-    head = begins_with(path, 1 << 16, unpacked=True)
+    head = begins_with(path, _HEAD, unpacked=True)
     lines = [] if is_foreign(head) else head.splitlines()
     header = next((line for line in lines if line.strip()[:1] not in (b"", b"#")), b"time_s")
     return b"time_s" not in [cell.strip() for cell in header.split(b",")]
@@ -48,6 +51,8 @@ def _is_foreign(path: Path) -> bool:
 
 def _is_mapped(path: Path, robot: _core.Robot | None) -> bool:
     """A table of signals; or one whose proposed map reads all that looks like one a cable."""
+    if len(begins_with(path, _HEAD, unpacked=True).splitlines()) < _LEAST_LINES:
+        return False  # of an endless line nothing is to be proposed
     try:
         raw = read_raw(path)
         if raw.kind == "one a row":
