@@ -51,6 +51,8 @@ _COMPUTED = {
     "unknown key…": "write it as the message says: it names the key that was meant, or all known",
     "…: column …: … is not a number; …": "write numbers without separators of thousands, the unit "
     "into the name of the column, and nothing where nothing was read",
+    "…column time_s: …; …": "write finer times, give a mapping file with --map, or split the file "
+    "where the clock was set: which, the message says",
     "…: column …: unknown; …": "the columns that are known follow; separate them by commas",
 }
 

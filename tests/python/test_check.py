@@ -231,6 +231,15 @@ def test_a_missing_sensor_is_found(
     assert report.trusted
 
 
+def test_several_missing_sensors_are_one_sentence_of_what_there_is(
+    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+) -> None:
+    without = changed(synthetic.log, swivel_rad=None, tension_N=None)
+    (finding,) = check(robot, without).findings
+    assert finding.message == "no swivel angle and no cable tension was read in the run"
+    assert finding.remedy == "the pose rests on cable lengths and attitude alone, without statics"
+
+
 def test_without_lengths_and_swivels_nothing_can_be_done(
     robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
 ) -> None:
@@ -321,7 +330,9 @@ DAMAGE: dict[str, tuple[Callable[[list[bytes]], bytes], str, int]] = {
     ),
     "cut": (lambda rows: b"".join(rows)[:-60], "truncated", -2),
     "clock went back": (
-        lambda rows: b"".join(rows[:50] + rows[30:40] + rows[50:]),
+        lambda rows: b"".join(
+            [*rows[:50], *(row[:-1] + b"0\n" for row in rows[30:40]), *rows[50:]]
+        ),
         "time_not_increasing",
         51,
     ),

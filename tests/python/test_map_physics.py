@@ -172,3 +172,38 @@ def test_a_report_takes_a_map(
     ran = cli("report", "irma4", tmp_path / "raw.csv", "--map", the_map, "-o", page)
     assert ran.code == 0, ran
     assert f"--map {the_map}" in page.read_text(encoding="utf-8")
+
+
+IN_DEGREES = {
+    "all": ("swivel_rad", "roll_pitch_yaw_rad"),
+    "swivels": ("swivel_rad",),
+    "attitude": ("roll_pitch_yaw_rad",),
+}
+
+
+@pytest.mark.parametrize("which", IN_DEGREES)
+@pytest.mark.parametrize("zeroed", [False, True], ids=["far", "near_zero"])
+def test_degrees_that_are_called_radians_are_found(
+    synthetic: cdprcal.SyntheticLog,
+    robot: cdprcal.Robot,
+    tmp_path: Path,
+    which: str,
+    zeroed: bool,
+) -> None:
+    """By their size; near zero, as encoders are that were zeroed on the way, by physics."""
+    given = synthetic.log
+    if zeroed:
+        yaw_rad = given.roll_pitch_yaw_rad[:, 2]
+        given = changed(
+            given,
+            swivel_rad=given.swivel_rad - np.median(given.swivel_rad, axis=0),
+            roll_pitch_yaw_rad=given.roll_pitch_yaw_rad - [0.0, 0.0, np.median(yaw_rad)],
+        )
+    log = changed(given, **{name: np.degrees(getattr(given, name)) for name in IN_DEGREES[which]})
+    proposal = proposed(log, robot, tmp_path)
+    for name, field in (("swivels", "swivel_rad"), ("attitude", "roll_pitch_yaw_rad")):
+        line = next(line for line in proposal.lines if line.name == name)
+        is_wrong = field in IN_DEGREES[which]
+        assert (line.unit, line.sure == "guess") == ("deg" if is_wrong else "rad", is_wrong)
+        assert line.sign == (1,) * len(line.columns)
+    assert columns(proposal, "lengths") == "1 2 3 4"

@@ -105,9 +105,9 @@ def test_the_proposal_says_how_sure_it_is(
     assert "can be used" in checked.stdout
     found = cli("diagnose", "irma4", raw, "--map", the_map)
     assert (found.code, found.stdout.splitlines()[0]) == (0, "consistent: no effect found")
-    again = cli("check", "irma4", raw, "--propose", the_map, "--json")
+    again = cli("check", "irma4", raw, "--propose", the_map, "--map", the_map)
     assert again.code == 2
-    assert "leave out --json" in again.stderr
+    assert "leave out --map" in again.stderr
     over = cli("check", "irma4", raw, "--propose", raw)
     assert over.code == 2
     assert "is the log that is read" in over.stderr
@@ -310,6 +310,61 @@ def test_other_columns_are_answered_by_the_way_to_a_map(
     ran = cli(command, "irma4", log_path)  # a slip in a log is a slip
     assert ran.code == 2
     assert "--propose" not in ran.stderr
+
+
+def _each_row(text: str, at_end: str) -> str:
+    header, *rows = text.splitlines()
+    return "\n".join([header, *(row + at_end for row in rows), ""])
+
+
+def _dated(text: str) -> str:
+    header, *rows = text.splitlines()
+    begin = datetime(2026, 3, 1, 12)
+    for i, row in enumerate(rows):
+        time_s, rest = row.split(",", 1)
+        rows[i] = f"{(begin + timedelta(seconds=float(time_s))).isoformat()},{rest}"
+    return "\n".join([header, *rows, ""])
+
+
+ALMOST_LOGS: dict[str, Callable[[str], str]] = {
+    "degrees": lambda text: text.replace("swivel_1_rad", "swivel_1_deg"),
+    "millimetres": lambda text: text.replace("length_1_m", "length_1_mm"),
+    "a comment": lambda text: _each_row(text, ",good").replace("\n", ",comment\n", 1),
+    "from zero": lambda text: re.sub(r"_(\d)_", lambda found: f"_{int(found[1]) - 1}_", text),
+    "dates": _dated,
+    "old Mac": lambda text: text.replace("\n", "\r"),
+    "trailing commas": lambda text: _each_row(text, ","),
+    "trailing commas in all lines": lambda text: text.replace("\n", ",\n"),
+}
+
+
+@pytest.mark.parametrize("slip", ALMOST_LOGS)
+def test_what_a_map_would_read_is_answered_by_the_way_to_it(
+    cli: Cli, log_path: Path, tmp_path: Path, slip: str
+) -> None:
+    log_path.write_bytes(ALMOST_LOGS[slip](log_path.read_text()).encode())
+    for command in (["check", "irma4", log_path], ["import", log_path, "-o", tmp_path / "o.csv"]):
+        ran = cli(*command)
+        assert ran.code == 2
+        assert ran.stderr.count("--map") == 1
+        assert f"cdprcal check {log_path} --propose map.yaml writes" in ran.stderr
+    assert cli("check", log_path, "--propose", tmp_path / "map.yaml").code < 2
+
+
+@pytest.mark.parametrize("ending", [".csv", " of others.csv"])
+def test_another_number_of_cables_is_said_before_a_map_is_written(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path, ending: str
+) -> None:
+    raw, the_map = tmp_path / f"three{ending}", tmp_path / "map.yaml"
+    log = synthetic.log
+    cdprcal.write_log(cdprcal.Log(time_s=log.time_s, length_m=log.length_m[:, :3]), str(raw))
+    if "of others" in ending:
+        raw.write_text(raw.read_text().replace("length_", "rope "))
+    ran = cli("check", "irma4", raw, "--propose", the_map)
+    assert ran.code == 2
+    assert "has 3 cables, robot irma4 has 4; use the robot file of the robot that" in ran.stderr
+    assert not the_map.exists()
+    assert "--propose" not in cli("check", "irma4", raw).stderr or "of others" in ending
 
 
 MAP = """format: cdprcal-map-1
@@ -1168,7 +1223,14 @@ def test_what_needs_an_extra_names_it(
 DAMAGED = {
     "x.mat": (b"MATLAB 5.0 MAT-file" + bytes(200), "is no whole MAT-file"),
     "x.csv": (b"once upon a time\nthere was\n", "is no table of numbers"),
-    "empty.csv": (b"", "is no table of numbers"),
+    "empty.csv": (b"", "empty.csv: is empty; a log must start with a header"),
+    "remarks.csv": (b"# my log\n\n", "remarks.csv: is empty; a log must"),
+    "header.csv": (b"time_s,length_1_m\n", "header.csv: no samples follow the header; log again"),
+    "units.csv": (b"t;l1\n[s];[mm]\n", "units.csv: no samples follow the header; log again"),
+    "one.csv": (
+        b"time_s,length_1_m\n0.5,1.5\n",
+        "one.csv: a single sample follows the header; log for longer",
+    ),
     "one line.json": (
         b'{"a":{' + b'"1":2.5,' * 30000 + b'"9":0}',
         "one line.json:1: has a cell of more than 131072",
@@ -1270,12 +1332,13 @@ def test_a_last_line_that_is_cut_off_is_left_out_and_said_so(text: str, tmp_path
     assert read_raw(path).cut_line is None
 
 
+@pytest.mark.parametrize("at_end", ["77.1,1817.5,18", "\0" * 512, "77.1,1817.5,18\0\0\0"])
 def test_who_maps_a_log_is_told_of_its_cut_last_line(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path, at_end: str
 ) -> None:
     raw, the_map = SHAPES["kgf, unsaid"].make(synthetic.log, tmp_path), tmp_path / "map.yaml"
     lines = len(raw.read_text().splitlines())
-    raw.write_text(raw.read_text() + "77.1,1817.5,18")
+    raw.write_text(raw.read_text() + at_end)
     assert f"not used: line {lines + 1}, which is cut off" in (
         cli("check", "irma4", raw, "--propose", the_map).stdout
     )

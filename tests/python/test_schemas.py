@@ -15,6 +15,7 @@ from typer.main import get_command
 import cdprcal
 from cdprcal.cli import app
 from cdprcal.io import save_log
+from cdprcal.mapping import parse_map
 from cdprcal.schemas import DOCUMENTS, schema
 from conftest import Ran, changed
 
@@ -126,6 +127,38 @@ def test_plan_acquire_check_and_truth(cli: Cli, tmp_path: Path) -> None:
     validate("truth", json.loads(truth.read_text()))
     validate("check", json.loads(cli("check", "irma4", log, "--json").stdout))
     validate("check", json.loads(cli("check", "ring3", "--json").stdout))
+
+
+@pytest.mark.parametrize("shape", ["as a log", "marks", "no time", "attitude alone"])
+def test_a_proposed_map(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path, shape: str
+) -> None:
+    the_map = tmp_path / "map.yaml"
+    header, *rows = log_path.read_text().splitlines()
+    if shape == "marks":
+        rows = [
+            f"{row.split(',')[0]},-999,{row.split(',', 2)[2]}" if i % 50 == 9 else row
+            for i, row in enumerate(rows)
+        ]
+    elif shape == "no time":
+        header, rows = header.split(",", 1)[1], [row.split(",", 1)[1] for row in rows]
+    elif shape == "attitude alone":
+        at = header.split(",").index("roll_rad")
+        header, *rows = (",".join(row.split(",")[at : at + 3]) for row in (header, *rows))
+    log_path.write_text("\n".join([header, *rows, ""]))
+    ran = cli("check", "irma4", log_path, "--propose", the_map, "--json")
+    document = json.loads(ran.stdout)
+    validate("check", document)
+    assert (document["log"], document["map"]) == (str(log_path), str(the_map))
+    assert document["trusted"] == (ran.code == 0) == (shape in ("as a log", "marks"))
+    assert bool(document["lacks"]) == (shape == "attitude alone")
+    held = parse_map(the_map.read_text(), "map.yaml")
+    assert held.missing == (document["missing"] or {"values": []})["values"]
+    assert held.time.rate_Hz == document["rate_Hz"]
+    for line in document["channels"]:
+        group = held.channels[line["name"]]
+        assert (line["columns"], line["unit"]) == (group.columns, group.unit)
+        assert f"# {line['sure']}: {line['why']}" in the_map.read_text()
 
 
 def test_plan_with_a_comparison_and_a_random_order(cli: Cli) -> None:

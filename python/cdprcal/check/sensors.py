@@ -13,12 +13,8 @@ from cdprcal.check.subject import Channel, Floats, Subject, duration_s, longest_
 from cdprcal.sensors import SENSORS, columns_of
 from cdprcal.terminal import counted
 
-_WITHOUT = {
-    "length_m": "the pose rests on swivel angles, attitude and tensions alone",
-    "swivel_rad": "the pose rests on lengths, attitude and tensions alone",
-    "tension_N": "the pose rests on lengths, swivel angles and attitude alone, without statics",
-    "roll_pitch_yaw_rad": "roll, pitch and yaw come from the cables alone",
-}
+#: Of readings that a pose rests on; how fast it moves is no part of it.
+_UNITS_OF_POSES = ("m", "rad", "N")
 #: A channel is stuck when it repeats one value while the others move by this many sigma.
 _MOVED_SIGMA = 5.0
 _FEWEST_REPEATS = 10
@@ -44,29 +40,22 @@ def _told_otherwise(subject: Subject) -> set[str]:
 
 def check_presence(subject: Subject) -> None:
     """Whole groups and single channels without a reading in the run, and dropouts."""
-    present = {}
     told_otherwise = _told_otherwise(subject)
+    present, absent = [], []
     for group, sensor in SENSORS.items():
         matrix: Floats = getattr(subject.log, group)[subject.run]
         read = np.isfinite(matrix)
-        present[group] = bool(read.any())
-        if not present[group] and (sensor.is_absolute or group in told_otherwise):
-            continue
-        if not present[group]:
-            subject.add(
-                "warning",
-                "missing_sensor",
-                f"no {sensor.in_words} was read in the run",
-                _WITHOUT[group],
-                begin=0,
-                end=subject.time_s.size,
-                channel=group,
-            )
-            continue
-        for i, name in enumerate(columns_of(sensor, subject.robot.cable_count)):
-            _check_channel(subject, name, read[:, i] if i < read.shape[1] else None)
+        if read.any():
+            present.append(group)
+            for i, name in enumerate(columns_of(sensor, subject.robot.cable_count)):
+                _check_channel(subject, name, read[:, i] if i < read.shape[1] else None)
+        elif not sensor.is_absolute and group not in told_otherwise:
+            absent.append(group)
+    held = [group for group in present if SENSORS[group].unit in _UNITS_OF_POSES]
+    if absent and held:
+        _report_absent(subject, absent, held)
     absolute = [group for group, sensor in SENSORS.items() if sensor.is_absolute]
-    if not any(present[group] for group in ("length_m", "swivel_rad", *absolute)):
+    if not {"length_m", "swivel_rad", *absolute} & set(present):
         subject.add(
             "error",
             "missing_sensor",
@@ -75,6 +64,27 @@ def check_presence(subject: Subject) -> None:
             begin=0,
             end=subject.time_s.size,
         )
+
+
+def _report_absent(subject: Subject, absent: list[str], held: list[str]) -> None:
+    """Which groups have no reading, in one finding: what the pose rests on then."""
+    sensors = [SENSORS[group] for group in held]
+    words = [sensor.in_words + "s" * sensor.is_per_cable for sensor in sensors]
+    subject.add(
+        "warning",
+        "missing_sensor",
+        f"no {' and no '.join(SENSORS[group].in_words for group in absent)} was read in the run",
+        f"the pose rests on {_listed(words)} alone"
+        + (", without statics" if "tension_N" in absent else ""),
+        begin=0,
+        end=subject.time_s.size,
+        channel=absent[0] if len(absent) == 1 else None,
+    )
+
+
+def _listed(words: Sequence[str]) -> str:
+    """'a', 'a and b', 'a, b and c'."""
+    return " and ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
 
 
 def _check_channel(subject: Subject, name: str, read: np.ndarray | None) -> None:

@@ -25,6 +25,7 @@ from cdprcal.completion import robot_names
 
 if TYPE_CHECKING:
     from cdprcal import _core
+    from cdprcal.mapping import Proposal
 
 EXAMPLE = (
     "Example: cdprcal check irma4 run.csv\n\n"
@@ -78,10 +79,10 @@ def command(
 
     if propose:
         raw, known = (log, load_robot(robot)) if log else (robot, None)
-        if json or map_:
-            fail("--propose: writes a mapping file and nothing else; leave out --json and --map")
+        if map_:
+            fail("--propose: writes a mapping file; leave out --map")
         keep_apart({"--propose": propose}, {"log": raw, "robot file": robot if log else ""})
-        raise typer.Exit(_propose(raw, known, propose, robot if log else "ROBOT", force))
+        raise typer.Exit(_propose(raw, known, propose, robot if log else "ROBOT", force, json))
     the_robot = load_robot(robot)
     if not log:
         about = check_robot(the_robot)
@@ -93,7 +94,7 @@ def command(
     if map_:
         report = check_log(the_robot, Reader(the_robot, map_).load(log), segment)
     else:
-        with map_offered(log):
+        with map_offered(log, the_robot):
             report = check_file(the_robot, log, segment)
     if json:
         print_json(report.as_dict())
@@ -103,27 +104,38 @@ def command(
 
 
 def _propose(
-    raw: str, robot: _core.Robot | None, output: str, shown_robot: str, force: bool
+    raw: str, robot: _core.Robot | None, output: str, shown_robot: str, force: bool, json: bool
 ) -> int:
     """Writes a mapping file, says how sure it is; the exit code."""
-    from cdprcal.io.files import shown_text, write_text
+    from cdprcal.io.files import shown_path, write_text
     from cdprcal.mapping import propose_file
-    from cdprcal.terminal import Table, answers, as_typed, counted, say
+    from cdprcal.terminal import answers, as_typed, counted, say
 
     proposal = propose_file(raw, robot)
     keep_existing({"mapping file": output}, force=force)
     write_text(Path(output), proposal.text())
-    out = answers()
-    lines = [proposal.time, *proposal.lines]
-    if proposal.missing is not None:
-        lines.insert(1, proposal.missing)
+    lines = proposal.all_lines()
     guesses = [line.name for line in lines if line.sure == "guess"]
     lacks = proposal.lacks if robot is not None else ""
     said = [f"to be corrected where wrong: {', '.join(guesses)}"] if guesses else []
     said += [lacks] if lacks else []
-    say(out, f"{output}: {counted(len(lines), 'line')}, {'; '.join(said) or 'none a guess'}")
+    if json:
+        print_json({"trusted": not said, "map": shown_path(output), **proposal.as_dict()})
+    else:
+        out = answers()
+        say(out, f"{output}: {counted(len(lines), 'line')}, {'; '.join(said) or 'none a guess'}")
+        _print_lines(proposal)
+        say(out, f"next: {as_typed('check', shown_robot, raw, '--map', output)}")
+    return UNTRUSTED if said else DONE
+
+
+def _print_lines(proposal: Proposal) -> None:
+    """The lines as a table, and what none of them takes."""
+    from cdprcal.io.files import shown_text
+    from cdprcal.terminal import Table, answers, say
+
     table = Table("what", "how sure", "unit", "sign", "columns", "because", text=range(6))
-    for line in lines:
+    for line in proposal.all_lines():
         signs = line.sign if len(set(line.sign)) > 1 else line.sign[:1]
         columns = ", ".join(filter(None, line.columns)) or f"{proposal.rate_Hz:g} rows a second"
         table.add_row(
@@ -134,8 +146,6 @@ def _propose(
             columns,
             line.why,
         )
-    out.print(table)
+    answers().print(table)
     if spare := proposal.unused():
-        say(out, f"not used: {', '.join(shown_text(name) for name in spare)}")
-    say(out, f"next: {as_typed('check', shown_robot, raw, '--map', output)}")
-    return UNTRUSTED if said else DONE
+        say(answers(), f"not used: {', '.join(shown_text(name) for name in spare)}")

@@ -72,7 +72,7 @@ def command(
     from cdprcal.io.events import read_events
     from cdprcal.io.files import reason, write_text
     from cdprcal.io.log_file import is_mcap_name, require_cable_count
-    from cdprcal.mapping import load_mapped
+    from cdprcal.mapping import load_mapped, map_offered
     from cdprcal.tables import print_findings
     from cdprcal.terminal import answers, notes, say
 
@@ -84,7 +84,11 @@ def command(
     if map_ and session:
         fail("--session: a mapping file names topics, too; leave one of both out")
     bag = None if map_ else _load_bag(raw, the_robot, session)
-    file = load_mapped(raw, map_, the_robot) if map_ else bag or load_log(raw)
+    if map_:
+        file = load_mapped(raw, map_, the_robot)
+    else:
+        with map_offered(raw, the_robot):
+            file = bag or load_log(raw)
     acquired = not map_ and bag is None
     if the_robot is not None:
         require_cable_count(file, the_robot)

@@ -5,7 +5,6 @@ Only ``check`` reads logs this way. Whatever calculates refuses a damaged CSV.
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +15,7 @@ from cdprcal.findings import Finding
 from cdprcal.io.files import shown_path
 from cdprcal.io.loaded import LogFile
 from cdprcal.io.log_file import parse_log_bytes, read_log_bytes, sniff_format
+from cdprcal.io.sample_order import clock_remedy, finite_number, header_of
 
 
 def load_log_leniently(path: str | Path) -> LogFile:
@@ -49,18 +49,15 @@ def _repair(data: bytes) -> _Repaired:
     """Drops NUL bytes, a cut last line and rows that are not later than all before them."""
     out = _Repaired()
     lines = data.split(b"\n")
-    header = next(
-        (i for i, line in enumerate(lines) if line.strip(b"\0 \t\r") and line.strip()[:1] != b"#"),
-        len(lines),
-    )
-    names = [name.strip() for name in lines[header].split(b",")] if header < len(lines) else []
-    if b"time_s" not in names:
+    header, names = header_of(lines)
+    if not names:
         return out
     time_column = names.index(b"time_s")
     kept = [lines[header]]
-    latest = -np.inf
+    first_s, latest_s = np.inf, -np.inf
     backwards: list[int] = []
     same = 0
+    begins_again = False
     nul: dict[int, int] = {}
     for number, raw in enumerate(lines[header + 1 :], start=header + 2):
         line = raw.replace(b"\0", b"")
@@ -75,26 +72,22 @@ def _repair(data: bytes) -> _Repaired:
             _report_cut(out, number)
             continue
         cells = line.split(b",")
-        time = _number(cells[time_column]) if len(cells) == len(names) else None
-        if time is not None and time <= latest:
+        time_s = finite_number(cells[time_column]) if len(cells) == len(names) else None
+        if time_s is not None and time_s <= latest_s:
             backwards.append(number)
-            same += time == latest
+            same += time_s == latest_s
+            begins_again = begins_again or time_s <= first_s
             continue
-        latest = latest if time is None else time
+        if time_s is not None:
+            first_s, latest_s = min(first_s, time_s), time_s
         kept.append(line)
         out.line.append(number)
     _report_nul(out, nul)
-    _report_backwards(out, backwards, is_coarse=same > len(out.line))
+    back = len(backwards) - same
+    remedy = clock_remedy(same=same, back=back, begins_again=begins_again)
+    _report_backwards(out, backwards, remedy)
     out.text = b"\n".join([*kept, b""])
     return out
-
-
-def _number(cell: bytes) -> float | None:
-    try:
-        value = float(cell)
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None
 
 
 def _report_nul(out: _Repaired, counts: dict[int, int]) -> None:
@@ -126,11 +119,7 @@ def _report_cut(out: _Repaired, line: int) -> None:
     )
 
 
-def _report_backwards(out: _Repaired, lines: list[int], *, is_coarse: bool) -> None:
-    """``is_coarse``: most rows have the time of the one before, as whole seconds do."""
-    remedy = "split the file where the clock was set, or log again"
-    if is_coarse:
-        remedy = "write finer times, or give a mapping file with time: {rate_Hz: …}, with --map"
+def _report_backwards(out: _Repaired, lines: list[int], remedy: str) -> None:
     if lines:
         more = "" if len(lines) == 1 else f" (and {len(lines) - 1} more, the last {lines[-1]})"
         out.findings.append(

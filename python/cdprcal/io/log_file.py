@@ -15,6 +15,7 @@ from cdprcal.extras import need
 from cdprcal.findings import Finding
 from cdprcal.io.files import begins_with, read_bytes, refuse_many_lines, refuse_utf_16, shown_path
 from cdprcal.io.loaded import LogFile, LogFormat
+from cdprcal.io.sample_order import Disorder, in_order
 
 _MCAP_MAGIC = b"\x89MCAP0\r\n"
 #: How a CSV log begins that ``cdprcal acquire`` wrote.
@@ -97,7 +98,23 @@ def parse_csv_log(data: bytes, path: Path) -> LogFile:
     if data.startswith(ACQUIRED):
         data = _whole_lines(data, findings)
         findings += _unfinished(data)
-    log = _core.parse_log(data, shown_path(path))
+    name = shown_path(path)
+    try:
+        log = _core.parse_log(data, name)
+    except InputError as error:
+        ordered = in_order(data)
+        if ordered is None:
+            raise
+        if isinstance(ordered, Disorder):
+            where = f"{name}:{ordered.line}: "
+            if not str(error).startswith(where):
+                raise  # it is of something else
+            raise InputError(f"{where}column time_s: {ordered.problem}; {ordered.remedy}") from None
+        try:
+            log = _core.parse_log(ordered.text, name)
+        except InputError:
+            raise error from None  # it has the right line
+        return LogFile(path, "csv", log, (*findings, *ordered.findings), line=ordered.line)
     return LogFile(path, "csv", log, tuple(findings), line=_sample_lines(data, len(log)))
 
 
@@ -132,16 +149,18 @@ def _same_run(a: _core.Log, b: _core.Log) -> bool:
 
 def require_cable_count(file: LogFile, robot: _core.Robot) -> None:
     """Raises InputError when the log is of a robot with another number of cables."""
-    count = file.log.cable_count
+    refuse_cable_count(file.path, file.log.cable_count, robot)
+
+
+def refuse_cable_count(path: Path, count: int, robot: _core.Robot) -> None:
+    """Raises InputError when a log of so many cables (0: it says nothing of them) is no log of the
+    robot's."""
     if count not in (0, robot.cable_count):
+        cables = "1 cable" if count == 1 else f"{count} cables"
         raise InputError(
-            f"{shown_path(file.path)}: has {_cables(count)}, robot {robot.name} has "
-            f"{robot.cable_count}: use the robot file of the robot that wrote this log"
+            f"{shown_path(path)}: has {cables}, robot {robot.name} has {robot.cable_count}; use "
+            "the robot file of the robot that wrote this log"
         )
-
-
-def _cables(count: int) -> str:
-    return "1 cable" if count == 1 else f"{count} cables"
 
 
 def _sample_lines(data: bytes, count: int) -> NDArray[np.int64]:

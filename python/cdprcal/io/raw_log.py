@@ -66,8 +66,9 @@ def parse_raw_log(data: bytes, path: Path) -> LogFile:
     attitude_lines = np.flatnonzero(usable & (lines.kind == _ATTITUDE))
     if len(cable_lines) + len(attitude_lines) == 0:
         raise InputError(
-            f"{name}: holds no complete cable (type 3) or attitude (type 5) line of a robot log; "
-            "a CSV log begins with a header, 'time_s,…'; see docs/your-log.md"
+            f"{name}: has no header line, as CSV logs begin with ('time_s,…'), and no complete "
+            "cable (type 3) or attitude (type 5) line, as raw robot logs have; write a header line "
+            "(docs/your-log.md)"
         )
     cables = _numbers(lines, cable_lines, _CABLE_COLUMNS, name)
     attitude = _numbers(lines, attitude_lines, _ATTITUDE_COLUMNS, name)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,19 +12,17 @@ from cdprcal import _core
 from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
 from cdprcal.hardware.xsens.measurement import rotation_from_quaternion
-from cdprcal.io.files import begins_with, is_foreign, is_workbook, shown_path, shown_text
+from cdprcal.io.files import shown_path, shown_text
 from cdprcal.io.loaded import LogFile
-from cdprcal.io.log_file import cut_off, load_run, refuse_repeated, require_cable_count
+from cdprcal.io.log_file import cut_off
 from cdprcal.io.marks import marks_in, without
 from cdprcal.mapping.common_time import nearest, shared_stamps
 from cdprcal.mapping.counter import unwrapped
 from cdprcal.mapping.delimited import is_number
 from cdprcal.mapping.document import GROUPS, QUATERNIONS, Group, Map, Time, load_map
-from cdprcal.mapping.one_a_row import holds_one_a_row
 from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable
 from cdprcal.mapping.read import read_raw
 from cdprcal.mapping.units import factor
-from cdprcal.terminal import as_typed
 
 #: Of a run; a clock that is set back for fewer is no new one.
 _LEAST_ROWS = 20
@@ -298,51 +294,3 @@ def _angles(rows: _Rows, group: Group, robot: _core.Robot | None, source: str) -
         rotation = rotation_from_quaternion((w, x, y, z))
         angles[i] = _core.euler_from_rotation(rotation, robot.euler_convention)
     return angles
-
-
-@contextmanager
-def map_offered(path: str | Path) -> Iterator[None]:
-    """Around reading a log without a map: who has a table of other columns is told of maps."""
-    try:
-        yield
-    except InputError as error:
-        if not _is_foreign(Path(path)):
-            raise
-        raise InputError(
-            f"{error}; or give a mapping file with --map: "
-            f"{as_typed('check', shown_path(path), '--propose', 'map.yaml')} writes one"
-        ) from None
-
-
-def _is_foreign(path: Path) -> bool:
-    """A table whose first line that is no comment names no time_s, as logs do, or of signals."""
-    if is_workbook(path):
-        return True
-    head = begins_with(path, 1 << 16, unpacked=True)
-    lines = [] if is_foreign(head) else head.splitlines()
-    header = next((line for line in lines if line.strip()[:1] not in (b"", b"#")), b"time_s")
-    named = [cell.strip() for cell in header.split(b",")]
-    return b"time_s" not in named or holds_one_a_row(path, head)
-
-
-@dataclass(frozen=True)
-class Reader:
-    """How a command reads its logs: by a mapping file, or as the kinds that need none."""
-
-    robot: _core.Robot
-    map_path: str = ""
-
-    def load(self, path: str | Path) -> LogFile:
-        """Raises InputError, also when the cables do not match the robot's."""
-        if not self.map_path:
-            with map_offered(path):
-                return load_run(path, self.robot)
-        file = load_mapped(path, self.map_path, self.robot)
-        require_cable_count(file, self.robot)
-        return file
-
-    def load_all(self, paths: Sequence[str | Path]) -> list[LogFile]:
-        """Several logs of one robot. Raises InputError also when two are the same run."""
-        files = [self.load(path) for path in paths]
-        refuse_repeated(files)
-        return files

@@ -73,7 +73,24 @@ def read_delimited(path: Path, form: DelimitedForm | None = None) -> RawTable:
             f"{name}:{number}: has a cell of more than {most} characters, which no reading has; "
             "correct or delete the line"
         ) from None
-    raise InputError(
+    raise _no_table(name, lines)
+
+
+def _no_table(name: str, lines: list[str]) -> InputError:
+    """That lines are none, why, and what to do."""
+    held = [line for line in lines if line.strip() and line.lstrip()[0] not in _COMMENT]
+    if not held:
+        return InputError(f"{name}: is empty; a log must start with a header 'time_s,…'")
+    for separator in SEPARATORS[:-1]:  # between blanks any words would be a header
+        header, *rows = (_without_empty_end(cells_of(line, separator)) for line in held)
+        if len(header) < 2 or any(is_number(c, d) for c in header for d in ".,"):
+            continue
+        samples = [row for row in rows if any(is_number(c, d) for c in row for d in ".,")]
+        if not samples:
+            return InputError(f"{name}: no samples follow the header; log again")
+        if len(samples) == 1:
+            return InputError(f"{name}: a single sample follows the header; log for longer")
+    return InputError(
         f"{name}: is no table of numbers; give columns separated by ; , | tabs or blanks"
     )
 
@@ -107,12 +124,13 @@ def table_of_lines(
 
 
 def text_lines(path: Path, form: DelimitedForm | None = None) -> tuple[list[str], str]:
-    """The lines of a text, and its encoding: of a form, or found. Raises InputError."""
+    """The lines of a text, and its encoding: of a form, or found. Of a last line that was reserved
+    and not filled a NUL is left, for a row that is cut off. Raises InputError."""
     refuse_many_lines(path)
     data = read_bytes(path)
     encoding = form.encoding if form is not None else _encoding(data)
     try:
-        return data.decode(encoding).replace("\0", "").splitlines(), encoding
+        text = data.decode(encoding)
     except (UnicodeError, LookupError):
         name = shown_path(path)
         if form is None:
@@ -120,6 +138,11 @@ def text_lines(path: Path, form: DelimitedForm | None = None) -> tuple[list[str]
         raise InputError(
             f"{form.source}: text.encoding: {name} is not {encoding} text; give {_encoding(data)}"
         ) from None
+    lines = text.splitlines()
+    if "\0" not in text:
+        return lines, encoding
+    cut = ["\0"] if "\0" in lines[-1] else []
+    return [line.replace("\0", "") for line in lines[: len(lines) - len(cut)]] + cut, encoding
 
 
 def _encoding(data: bytes) -> str:

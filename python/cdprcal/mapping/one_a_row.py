@@ -42,11 +42,6 @@ class _Form:
     unit: int | None
 
 
-def holds_one_a_row(path: Path, head: bytes) -> bool:
-    """Whether ``one_a_row_in_text`` reads a file; ``head``: its beginning."""
-    return _form_in_text(path, head) is not None
-
-
 def one_a_row_in_text(path: Path, head: bytes) -> RawTable | None:
     """As ``one_a_row``, of a text between separators; ``head``: its beginning."""
     found = _form_in_text(path, head)

@@ -30,13 +30,14 @@ _MOST_ORDERED = 4
 _ENOUGH_S = 0.1
 #: What a factor may be off one of a unit's by, rounded as it may be.
 _SAME_UNIT = 1e-3
-_GROUP_OF_FAULT = {
-    "length_sign": "lengths",
-    "swivel_sign": "swivels",
-    "attitude_sign": "attitude",
-    "length_unit": "lengths",
-    "tension_unit": "tensions",
-    "angle_unit": "attitude",
+#: The lines that a fault is of; of a unit in the order of its factors.
+_LINES_OF_FAULT = {
+    "length_sign": ("lengths",),
+    "swivel_sign": ("swivels",),
+    "attitude_sign": ("attitude",),
+    "length_unit": ("lengths",),
+    "tension_unit": ("tensions",),
+    "angle_unit": ("swivels", "attitude"),
 }
 
 
@@ -302,13 +303,17 @@ def _without(line: Line, fault: _core.DiscreteFault) -> Line:
         own = {"tensions": fault.tension_order, "swivels": fault.swivel_order}
         order = own.get(line.name) or fault.values
         return _in_order(line, [int(channel) - 1 for channel in order])
-    if line.name != _GROUP_OF_FAULT.get(fault.name) or line.unit in QUATERNIONS:
+    concerned = _LINES_OF_FAULT.get(fault.name, ())
+    if line.name not in concerned or line.unit in QUATERNIONS:
         return line
     if fault.parameter == "sign":
         sign = tuple(s * int(v) for s, v in zip(line.sign, fault.values, strict=True))
         return replace(line, sign=sign)
     dimension = GROUPS[line.name].unit
-    scale = fault.values[0] * (factor(dimension, line.unit) or 1.0)
+    off = fault.values[concerned.index(line.name)]
+    if off == 1.0:
+        return line
+    scale = off * (factor(dimension, line.unit) or 1.0)
     units = UNITS[dimension]
     near = min(units, key=lambda unit: abs(units[unit] / scale - 1.0))
     return replace(line, unit=near if abs(units[near] / scale - 1.0) < _SAME_UNIT else scale)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from cdprcal.io.files import shown_path
 from cdprcal.mapping.document import GROUPS, Map, parse_map, quoted
@@ -25,6 +26,17 @@ class Line:
     why: str
     rivals: tuple[str, ...] = ()  #: units that it may have as well
     has_scale: bool = True  #: whether the unit may be right
+
+    def as_dict(self) -> dict[str, Any]:
+        """The line as plain data."""
+        return {
+            "name": self.name,
+            "columns": list(self.columns),
+            "unit": self.unit,
+            "sign": list(self.sign),
+            "sure": self.sure,
+            "why": self.why,
+        }
 
 
 @dataclass(frozen=True)
@@ -77,6 +89,29 @@ class Proposal:
             shown = ", ".join(map(quoted, spare[:40]))
             out.append(f"# not used: {shown}{' …' if len(spare) > 40 else ''}")
         return "\n".join(out) + "\n"
+
+    def all_lines(self) -> list[Line]:
+        """The lines in the order of the file: time, what is missing, channels."""
+        return [self.time, *filter(None, [self.missing]), *self.lines]
+
+    def as_dict(self) -> dict[str, Any]:
+        """The lines as plain data, with what they leave out."""
+        missing = self.missing
+        return {
+            "log": shown_path(self.raw.path),
+            "time": self.time.as_dict(),
+            "rate_Hz": self.rate_Hz,
+            "missing": missing
+            and {
+                "columns": list(missing.columns),
+                "values": self.map().missing,
+                "sure": missing.sure,
+                "why": missing.why,
+            },
+            "channels": [line.as_dict() for line in self.lines],
+            "lacks": self.lacks,
+            "unused": self.unused(),
+        }
 
     @property
     def lacks(self) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.io.files import shown_path
+from cdprcal.io.log_file import refuse_cable_count
 from cdprcal.io.marks import marks_in, without
 from cdprcal.mapping.document import GROUPS, QUATERNIONS
 from cdprcal.mapping.physics import by_physics
@@ -28,7 +29,9 @@ _AXES = ("roll", "pitch", "yaw")
 _AXIS = re.compile(r"(?:(?<![a-z])|(?<=acc)|(?<=gyr)|(?<=gyro)|(?<=omega))([xyz])(?![a-z0-9])")
 #: An underactuated platform hangs; no run tilts it further [rad].
 _MOST_TILT = math.radians(60.0)
-#: Nor does it turn faster [rad/s].
+#: No swivel or axis goes on beyond it [rad].
+_TURN = 2.0 * math.pi
+#: Nor does a platform turn faster [rad/s].
 _MOST_RATE = 2.0 * math.pi
 #: What all tensions together are of the platform's weight.
 _OF_WEIGHT = (0.5, 20.0)
@@ -38,7 +41,14 @@ _RAW = 1e-9
 
 
 def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
-    """What the columns of a raw file seem to be. Raises InputError when nothing is recognised."""
+    """What the columns of a raw file seem to be, with a robot also by its physics. Raises
+    InputError when nothing is recognised, or the cables do not match the robot's."""
+    proposal = recognised(raw, robot)
+    return proposal if robot is None else by_physics(proposal, robot)
+
+
+def recognised(raw: RawTable, robot: _core.Robot | None) -> Proposal:
+    """As ``propose``, from names, ranges and units alone."""
     read, raw = raw, _without_marks(raw)
     names = {
         key: taken_apart(key, column.unit)
@@ -46,11 +56,14 @@ def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
         if not column.repeats
     }
     names = with_indices(names)
-    count = robot.cable_count if robot is not None else _cable_count(names)
+    named = _cable_count(names)
+    count = named if robot is None else robot.cable_count
     names = _one_a_cable(names, count)
     time, rate_Hz = time_of(raw, names)
     left = {key: name for key, name in names.items() if key not in time.columns}
     groups = _cable_groups(raw, left, count, robot)
+    if robot is not None and named and not groups:
+        refuse_cable_count(raw.path, named, robot)
     attitude = _attitude(raw, left, robot)
     inertial = [line for kind in INERTIAL if (line := _inertial(raw, left, kind)) is not None]
     found = [*groups, *([attitude] if attitude is not None else []), *inertial]
@@ -69,8 +82,7 @@ def propose(raw: RawTable, robot: _core.Robot | None = None) -> Proposal:
     if raw.kind == "bag":
         time = replace(time, columns=(_topic(found[0].columns[0]),), why="the topic of the lengths")
     found = [_with_repeats(raw, line) for line in found]
-    proposal = Proposal(raw, time, tuple(found), rate_Hz, _missing(read, found))
-    return proposal if robot is None else by_physics(proposal, robot)
+    return Proposal(raw, time, tuple(found), rate_Hz, _missing(read, found))
 
 
 def _without_marks(raw: RawTable) -> RawTable:
@@ -371,7 +383,11 @@ def _with_unit(
     if dimension == "m_s2":
         written = {"g" if unit == "gf" else unit for unit in written}
     if len(written) == 1 and written < set(UNITS[dimension]):
-        return replace(line, unit=written.pop(), why=f"{line.why}; unit as written")
+        (unit,) = written
+        if unit == "rad" and (usual := float(np.nanmax(np.nanmedian(np.abs(values), 0)))) > _TURN:
+            why = f"{line.why}; rad as written, but around {usual:.3g}: see that it is degrees"
+            return replace(line, unit="deg", sure="guess", why=why)
+        return replace(line, unit=unit, why=f"{line.why}; unit as written")
     unit, why, has_scale, rivals = _unit_by_range(line.name, values, robot)
     if written:
         one = dimension.replace("_s", "/s")
@@ -401,7 +417,7 @@ def _unit_by_range(
     if dimension == "rad":
         tilt = values[:, :2] if kind == "attitude" else values
         most = float(np.nanmax(np.abs(tilt)))
-        limit = _MOST_TILT if kind == "attitude" else 2.0 * math.pi
+        limit = _MOST_TILT if kind == "attitude" else _TURN
         read = values[np.isfinite(values).all(axis=1)]  # other sensors may have rows between
         steps = (
             float(np.median(np.abs(np.diff(read, axis=0)).max(axis=1))) if len(read) > 1 else 0.0

@@ -38,6 +38,7 @@ CASES = (
     _raw("roll is infinite", line(5, lambda old: b"5,0,-inf,0,0"), ":5: roll: is infinite"),
     _raw("no whole line", only(b"3,1.0,0\n5,1.0\n"), "no complete cable"),
     _raw("other lines alone", only(b"6,1.0,0,0,0\n" * 10), "no complete cable"),
+    _raw("rows of a CSV log alone", only(b"0,1.5,1.6\n" * 9), "^: has no header line"),
     _raw("one line, cut", only(ROW[:-4]), "no complete cable"),
     _raw("NUL alone after a line's begin", only(b"3,1.0," + b"\0" * 1000), "no complete cable"),
     _raw("time never finite", only(b"3,nan," + ROW[6:]), "time|no samples|number"),
