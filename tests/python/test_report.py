@@ -196,6 +196,10 @@ def test_on_a_phone_and_in_the_dark(page: Path, tab: Tab) -> None:
     assert (tab.js(background), tab.js(figure)) == (NIGHT_PAPER, NIGHT_PAPER)
     # Panels side by side keep a size that can be read, and are scrolled to.
     assert tab.js("document.getElementById('residuals').clientWidth") >= 680
+    # A table that goes on beyond the edge shows it by a shadow.
+    cut = "[...document.querySelectorAll('table')].filter((t) => t.scrollWidth > t.clientWidth)"
+    assert tab.js(f"{cut}.length") > 0
+    assert tab.js(f"{cut}.every((t) => getComputedStyle(t).backgroundImage.includes('gradient'))")
     # Pictures for paper are those of paper.
     shown = tab.js("document.querySelector('#time-0 ~ img.print').src")
     assert "20%2C%2025%2C%2031" not in shown
@@ -208,6 +212,42 @@ def test_on_a_phone_and_in_the_dark(page: Path, tab: Tab) -> None:
     assert tab.js(f"{place}.offsetWidth === {place}.querySelector('.main-svg').clientWidth")
     assert tab.problems == []
     assert tab.foreign_requests() == []
+
+
+#: The drawn points of a scene as shares of its half width and half height: within 1 they are seen.
+FARTHEST = """
+(() => {
+  const place = document.getElementById("scene-0"), scene = place._fullLayout.scene._scene;
+  const { model, view, projection } = scene.glplot.cameraParams;
+  const times = (m, v) => [0, 1, 2, 3].map((i) => [0, 1, 2, 3].reduce((a, k) => a + m[4 * k + i] * v[k], 0));
+  let farthest = 0;
+  for (const { x, y, z } of place.data.filter((trace) => trace.type === "scatter3d"))
+    for (let i = 0; i < x.length; ++i) {
+      if (x[i] === null || x[i] === undefined) continue;
+      const scaled = [x[i], y[i], z[i]].map((v, k) => v * scene.dataScale[k]);
+      const [right, up, , depth] = times(projection, times(view, times(model, [...scaled, 1])));
+      farthest = Math.max(farthest, depth > 0 ? Math.max(Math.abs(right), Math.abs(up)) / depth : Infinity);
+    }
+  return farthest;
+})()
+"""
+
+
+def test_the_whole_robot_is_seen_in_every_view(
+    page: Path, cli: Cli, tab: Tab, tmp_path: Path
+) -> None:
+    """A planar robot, and one of any shape; in a wide window and on a phone."""
+    run, planar = tmp_path / "run.csv", tmp_path / "planar.html"
+    assert cli("generate", "belts4", "-o", run).code == 0
+    assert cli("report", "belts4", run, "-o", planar).code == 0
+    for size in ((1160, 900), PHONE):
+        tab.size(*size)
+        for drawn in (page, planar):
+            tab.open(drawn.as_uri(), DRAWN, seconds=90.0)
+            for view in ("home", "top", "front"):
+                tab.click(f"[data-view={view}]")
+                tab.wait(f"{FARTHEST} < 0.95 && {FARTHEST} > 0.5")
+    assert tab.problems == []
 
 
 def test_without_webgl_there_is_a_still_picture(page: Path) -> None:
