@@ -80,7 +80,9 @@ def command(
             the_robot, [file.log for file in files], progress=lambda step: say(out, f"… {step}")
         )
     document = comparison_as_dict(found, the_robot)
-    if plot:
+    if plot and not document["numbers"]:
+        say(out, f"{plot}: not written, as there is no number to draw")
+    elif plot:
         save_figure(draw_comparison(document), Path(plot))
         say(out, plot)
     if json:

@@ -363,21 +363,20 @@ def course(effect: dict[str, Any]) -> Figure:
     data: list[dict[str, Any]] = []
     for cable in dict.fromkeys(point["cable"] for point in points):
         of = [p for p in points if p["cable"] == cable and p["x"] is not None]
-        of.sort(key=lambda point: point["x"])
         label = f"cable {cable}" if cable else to
-        line = {"color": CABLES[((cable or 1) - 1) % 8], "width": 1.2}
-        for key, mode in (("read", "markers"), ("added", "lines")):
+        colour = CABLES[((cable or 1) - 1) % 8]
+        # The law is known at these poses alone: between them it may swing.
+        for key, symbol, size in (("read", "circle-open", 7), ("added", "circle", 3)):
             data.append(
                 {
                     "type": "scatter",
                     "x": rounded([x_factor * p["x"] for p in of], 4),
                     "y": rounded([None if p[key] is None else factor * p[key] for p in of], 4),
-                    "mode": mode,
+                    "mode": "markers",
                     "name": label,
                     "legendgroup": label,
                     "showlegend": key == "read",
-                    "line": line,
-                    "marker": {"color": line["color"], "symbol": "circle-open", "size": 7},
+                    "marker": {"color": colour, "symbol": symbol, "size": size},
                     "hovertemplate": f"{label}: %{{y:.3g}} {unit} at %{{x:.3g}} {x_unit}"
                     "<extra></extra>",
                 }
