@@ -486,3 +486,63 @@ def test_what_no_effect_can_be_is_not_given_in_typical_sizes() -> None:
     assert _times_typical(infos["load_cell_bias"], 0.5) == "0.5 × typical"
     assert _times_typical(infos["load_cell_bias"], 55357.0) == "no believable one"
     assert _times_typical(infos["load_cell_bias"], None) == "–"
+
+
+@pytest.fixture(scope="module")
+def listed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """A robot file, and a list of rests: one row each, whole lengths and tensions."""
+    folder = tmp_path_factory.mktemp("listed")
+    text = cdprcal.builtin_robot_yaml("belts4")
+    robot_path, log_path = folder / "robot.yaml", folder / "rests.csv"
+    robot_path.write_text(text)
+    robot = cdprcal.load_robot(robot_path)
+    setpoints_N, poses = cdprcal.default_stops(robot, 3, 1, 3)
+    rng = np.random.default_rng(2)
+    length_m = np.array([cdprcal.platform_state(robot, pose).length_m for pose in poses])
+    tension_N = np.array(setpoints_N)
+    log = cdprcal.Log(
+        time_s=10.0 * np.arange(len(poses)),
+        direct_length_m=length_m + rng.normal(0.0, 1e-4, length_m.shape),
+        tension_N=tension_N + rng.normal(0.0, 0.3, tension_N.shape),
+    )
+    cdprcal.write_log(log, str(log_path))
+    return robot_path, log_path
+
+
+def test_of_a_list_of_rests_no_ripple_is_told(
+    cli: Cli, listed: tuple[Path, Path], tmp_path: Path
+) -> None:
+    ran = cli("diagnose", *listed, "--json")
+    assert ran.code == 0, ran.stderr
+    assert set(json.loads(ran.stdout)["ripple"].values()) == {None}
+    ran = cli("report", *listed, "-o", tmp_path / "rests.html")
+    assert ran.code == 0, ran.stderr
+    assert "Model and sensors agree" in ran.stdout
+    words = shown((tmp_path / "rests.html").read_text())
+    assert "ripple" not in words
+    assert "they repeat" not in words
+
+
+def test_captions_say_what_is_drawn(page: Path, cli: Cli, listed: tuple[Path, Path]) -> None:
+    parts = ("Shaded:", "set-points", "open ones: in motion", "The band is", "Dotted: the readings")
+    words = shown(page.read_text())
+    assert all(part in words for part in parts)
+    rests = listed[0].parent / "captions.html"
+    assert cli("report", *listed, "-o", rests).code == 0
+    words = shown(rests.read_text())
+    assert not any(part in words for part in parts)
+
+
+def test_titles_of_one_row_of_panels_lie_below_the_legend(
+    cli: Cli, listed: tuple[Path, Path]
+) -> None:
+    rests = listed[0].parent / "legend.html"
+    assert cli("report", *listed, "-o", rests).code == 0
+    drawn = embedded(rests.read_text(), "figures")["residuals"]["layout"]
+    assert {key for key in drawn if key.startswith("yaxis")} == {
+        "yaxis",
+        *(f"yaxis{k}" for k in "234"),
+    }
+    inside_px = drawn["height"] - drawn["margin"]["t"] - drawn["margin"]["b"]
+    room_px = (drawn["legend"]["y"] - drawn["yaxis"]["domain"][1]) * inside_px
+    assert room_px > max(note["font"]["size"] for note in drawn["annotations"]) + 4

@@ -273,6 +273,9 @@ def residuals(subject: Subject) -> Figure | None:
     rows = 1 + max(panel.row for panel in panels)
     limit = [1.15 * max(p.largest for p in panels if p.row == row) or 1e-9 for row in range(rows)]
     height, width = 1.0 / rows, 1.0 / (1 + max(panel.column for panel in panels))
+    figure_layout = layout(60 + 175 * rows)
+    margin = figure_layout["margin"]
+    pixel = 1.0 / (figure_layout["height"] - margin["t"] - margin["b"])
     data: list[dict[str, Any]] = []
     axes: dict[str, Any] = {}
     notes: list[dict[str, Any]] = []
@@ -305,7 +308,7 @@ def residuals(subject: Subject) -> Figure | None:
         )
         axes[f"yaxis{suffix}"] = axis(
             "" if panel.column else panel.quantity,
-            domain=[top - height + 0.05, top - 0.035],
+            domain=[top - height + 26 * pixel, top - 22 * pixel],  # room for ticks and title
             anchor=x_key,
             range=[-limit[panel.row], limit[panel.row]],
             showticklabels=panel.column == 0,
@@ -317,8 +320,7 @@ def residuals(subject: Subject) -> Figure | None:
             band = {"type": "rect", "fillcolor": "#e4eaf1", "line": {"width": 0}, "layer": "below"}
             shapes.append(band | _across(suffix, -panel.ripple, panel.ripple))
         notes.append(_title(suffix, panel.title, 11, MUTED, x=0.5))
-    figure_layout = layout(60 + 175 * rows, annotations=notes, shapes=shapes, **axes)
-    figure_layout["legend"]["y"] = 1.01
+    figure_layout |= {"annotations": notes, "shapes": shapes, **axes}
     return {"data": data, "layout": figure_layout}
 
 
