@@ -6,7 +6,7 @@ import functools
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, ParamSpec, TypeVar
@@ -203,14 +203,19 @@ def keep_apart(outputs: Mapping[str, str], inputs: Mapping[str, str | Sequence[s
         written[option] = path
 
 
-def keep_existing(outputs: Mapping[Output, str], *, force: bool) -> None:
-    """Refuses to write over a file that is no earlier result of its kind, unless ``force``.
+def keep_existing(
+    outputs: Mapping[Output, str], *, force: bool, any_name: Collection[str] = ()
+) -> None:
+    """Refuses a name whose ending is none of its kind, unless it is one of ``any_name``; and to
+    write over a file that is no earlier result of its kind, unless ``force``.
 
     ``outputs``: what is written → its path, empty when it was not asked for. Raises InputError.
     """
-    from cdprcal.io.replacing import refuse_to_replace
+    from cdprcal.io.replacing import check_ending, refuse_to_replace
 
     for kind, path in outputs.items():
+        if path and path not in any_name:
+            check_ending(Path(path), kind)
         if path and not force:
             refuse_to_replace(Path(path), kind)
 

@@ -195,8 +195,8 @@ def test_output_that_cannot_be_written(cli: Cli, log_path: Path, tmp_path: Path)
     for command in (
         ("import", log_path, "-o", missing),
         ("import", log_path, "-o", tmp_path),
-        ("calibrate", "irma4", log_path, "-o", missing),
-        ("calibrate", "irma4", log_path, "--json", "-o", missing),
+        ("calibrate", "irma4", log_path, "-o", missing.with_suffix(".json")),
+        ("calibrate", "irma4", log_path, "--json", "-o", missing.with_suffix(".json")),
         ("generate", "irma4", "-o", missing),
     ):
         assert_refused(cli(*command), "cannot be written")

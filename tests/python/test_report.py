@@ -422,7 +422,7 @@ def test_wrong_use_is_said_and_nothing_is_written(
     (tmp_path / "half.json").write_text('{"inputs": {"command": "calibrate"}}')
     for arguments, words in (
         (("irma4",), "name its logs after it"),
-        (("irma4", log_path, "-o", tmp_path / "page.pdf"), "must end in .html"),
+        (("irma4", log_path, "-o", tmp_path / "page.pdf"), "give a page a name in .html or .htm"),
         (("irma4", tmp_path / "none.csv"), "none.csv: cannot be read"),
         (("nobody", log_path), "nobody"),
         ((tmp_path / "plain.json",), "is no result file"),

@@ -57,7 +57,7 @@ def command(
     from cdprcal import _core
     from cdprcal.diagnosis.comparison import comparison_as_dict, draw_comparison, print_comparison
     from cdprcal.mapping import Reader
-    from cdprcal.pictures import check_picture_name, save_figure
+    from cdprcal.pictures import save_figure
     from cdprcal.tables import print_findings
     from cdprcal.terminal import notes, say
 
@@ -67,8 +67,6 @@ def command(
         {"--plot": plot},
         {"robot file": robot, "log": logs, "mapping file": map_, "--effects": effects or []},
     )
-    if plot:
-        check_picture_name(Path(plot))
     keep_existing({"picture": plot}, force=force)
     the_robot = robot_with_effects(robot, effects)
     files = Reader(the_robot, map_).load_all(logs)

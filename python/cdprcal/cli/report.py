@@ -53,8 +53,6 @@ def command(
     need("jinja2", "plotly")
     keep_apart({"-o": output}, {"input": inputs, "mapping file": map_})
     path = Path(output)
-    if path.suffix.lower() not in (".html", ".htm"):
-        raise InputError(f"{output}: a page's name must end in .html")
     keep_existing({"page": output}, force=force)
     words = ["cdprcal", "report", *inputs, *(("--map", map_) if map_ else ()), "-o", output]
     subject = _subject(inputs, map_, words)

@@ -41,11 +41,13 @@ def command(
     An existing file is never overwritten. cdprcal check then names one blank after the other.
     """
     from cdprcal.io.files import write_text
+    from cdprcal.io.replacing import check_ending
     from cdprcal.robot_template import BLANK, robot_like, robot_template
     from cdprcal.terminal import answers, as_typed, say
 
     keep_apart({"-o": output}, {})
     path = Path(output)
+    check_ending(path, "robot file")
     if path.exists():
         fail(f"{output}: exists already; give another name")
     name = re.sub(r"\W+", "_", path.stem) or "robot"
