@@ -153,6 +153,21 @@ def fail(message: str, code: int = WRONG_USE) -> NoReturn:
     raise typer.Exit(code)
 
 
+def load_robot(robot: str) -> _core.Robot:
+    """A robot by path or built-in name. Raises InputError, which names what may be meant."""
+    import difflib
+
+    from cdprcal import _core
+
+    try:
+        return _core.load_robot(robot)
+    except _core.InputError as error:
+        near = difflib.get_close_matches(robot.lower(), _core.builtin_robot_names(), n=1)
+        if not near or Path(robot).exists():
+            raise
+        raise _core.InputError(f"{error}; did you mean {near[0]}?") from None
+
+
 def robot_with_effects(robot: str, effects: Sequence[str] | None) -> _core.Robot:
     """A robot by name or path, with the effects that some files define beside its own.
 
@@ -162,7 +177,7 @@ def robot_with_effects(robot: str, effects: Sequence[str] | None) -> _core.Robot
     from cdprcal import _core, effect_files
     from cdprcal.io.files import read_utf_8
 
-    the_robot = _core.load_robot(robot)
+    the_robot = load_robot(robot)
     for path in effects or []:
         ours = path in effect_files.names()
         text = effect_files.text(path) if ours else read_utf_8(Path(path))

@@ -350,6 +350,8 @@ def test_minus_o_writes_what_the_name_says(cli: Cli, log_path: Path, tmp_path: P
     assert cli("diagnose", "irma4", log_path, "-o", robot, "-o", result).code == 0
     assert cdprcal.load_robot(str(robot)).cable_count == 4
     assert json.loads(result.read_text())["verdict"] == "consistent"
+    said = cli("diagnose", "irma4", log_path, "-o", robot).stdout
+    assert "corrected.yaml: nothing was found: the robot file as it was given; next:" in said
     twice = cli("diagnose", "irma4", log_path, "-o", result, "--result", tmp_path / "other.json")
     assert twice.code == 2
     assert "would be the same result; give one" in twice.stderr

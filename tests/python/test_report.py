@@ -219,14 +219,16 @@ FARTHEST = """
 (() => {
   const place = document.getElementById("scene-0"), scene = place._fullLayout.scene._scene;
   const { model, view, projection } = scene.glplot.cameraParams;
-  const times = (m, v) => [0, 1, 2, 3].map((i) => [0, 1, 2, 3].reduce((a, k) => a + m[4 * k + i] * v[k], 0));
+  const four = [0, 1, 2, 3];
+  const times = (m, v) => four.map((i) => four.reduce((a, k) => a + m[4 * k + i] * v[k], 0));
   let farthest = 0;
   for (const { x, y, z } of place.data.filter((trace) => trace.type === "scatter3d"))
     for (let i = 0; i < x.length; ++i) {
       if (x[i] === null || x[i] === undefined) continue;
       const scaled = [x[i], y[i], z[i]].map((v, k) => v * scene.dataScale[k]);
       const [right, up, , depth] = times(projection, times(view, times(model, [...scaled, 1])));
-      farthest = Math.max(farthest, depth > 0 ? Math.max(Math.abs(right), Math.abs(up)) / depth : Infinity);
+      const share = Math.max(Math.abs(right), Math.abs(up)) / depth;
+      farthest = Math.max(farthest, depth > 0 ? share : Infinity);
     }
   return farthest;
 })()

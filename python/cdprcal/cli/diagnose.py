@@ -159,7 +159,12 @@ def command(
             mapped = ("--map", map_) if map_ else ()
             moving = ("--motion",) if motion else ()
             again = as_typed("calibrate", corrected, logs[0], *mapped, *moving)
-            say(answers(), f"{corrected}: the robot file with what was found; next: {again}")
+            holds = (
+                "the robot file with what was found"
+                if document["effects"]
+                else "nothing was found: the robot file as it was given"
+            )
+            say(answers(), f"{corrected}: {holds}; next: {again}")
     raise typer.Exit(DONE if document["verdict"] in TRUSTED else UNTRUSTED)
 
 

@@ -16,6 +16,7 @@ from cdprcal.command import (
     fail,
     keep_apart,
     keep_existing,
+    load_robot,
     reports_errors,
 )
 
@@ -66,7 +67,7 @@ def command(
     cdprcal acquired, robot, plan, settings and events are kept. Exit code 1:
     written, but the log cannot be trusted as it is (for example, its clock went back).
     """
-    from cdprcal._core import InputError, load_robot
+    from cdprcal._core import InputError
     from cdprcal.io import load_log, read_inputs, save_log
     from cdprcal.io.acquisition_inputs import PLAN, ROBOT, SETTINGS
     from cdprcal.io.events import read_events

@@ -23,6 +23,7 @@ from cdprcal.command import (
     interruptible,
     keep_apart,
     keep_existing,
+    load_robot,
     print_json,
     reports_errors,
 )
@@ -88,7 +89,7 @@ def command(
     inputs = {"robot file": robot, "log": log, "--start": start, "mapping file": map_}
     keep_apart({"-o": output, "--bag": bag, "--plot": plot}, inputs)
     keep_existing({"track": output, "picture": plot}, force=force)
-    the_robot = _core.load_robot(robot)
+    the_robot = load_robot(robot)
     reader = Reader(the_robot, map_)
     file = reader.load(log)
     # With a mapping file, what begins as JSON may be a log of JSON lines.

@@ -18,6 +18,7 @@ from cdprcal.command import (
     interruptible,
     keep_apart,
     keep_existing,
+    load_robot,
     print_json,
     reports_errors,
 )
@@ -126,7 +127,7 @@ def command(
     from cdprcal.workspace.table import print_workspace
 
     keep_apart({"-o": output, "--plot": plot}, {"robot file": robot})
-    the_robot = _core.load_robot(robot)
+    the_robot = load_robot(robot)
     the_box = parse_box("--box", box) or _core.workspace_box(the_robot)
     seeds = [parse_position("--from", text) for text in seed or []]
     probes = [parse_position("--probe", text) for text in probe or []]

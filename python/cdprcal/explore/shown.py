@@ -20,7 +20,8 @@ def shown(
 ) -> dict[str, Any]:
     """Effects, residuals by channel, their rms, the initial pose: as given and as fitted.
 
-    ``logs``: the names of those that it is ``of``. ``searched``: the effects are those that the diagnosis found.
+    ``logs``: the names of those that it is ``of``. ``searched``: the effects are those that the
+    diagnosis found.
     """
     document = diagnosis_as_dict(diagnosis, robot, logs=of)
     found = [effect for effect in document["effects"] if effect["p_value"] is not None]
