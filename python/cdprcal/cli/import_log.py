@@ -131,12 +131,12 @@ def command(
 
 def _load_bag(path: str, robot: _core.Robot | None, session: str) -> LogFile | None:
     """A ROS 2 bag; None when it is none. Ends the command when the session is another robot's."""
-    from cdprcal.hardware.session import load_session
+    from cdprcal.hardware.session import load_topics
     from cdprcal.ros2 import is_bag, load_bag
 
     if not is_bag(Path(path)):
         return None
-    about = load_session(session) if session else None
+    about = load_topics(session) if session else None
     if about is not None and robot is not None and about.robot != robot.name:
         fail(
             f"{session}: is the session of robot {about.robot}, not {robot.name}; give that one "
