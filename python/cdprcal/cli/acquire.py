@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
 EXAMPLE = (
     "Example: cdprcal plan irma4 -o plan.csv && cdprcal acquire irma4 plan.csv --seed 3 -o run.mcap"
-    "\n\nOver CANopen, drives simulated: cdprcal acquire irma4 plan.csv --backend canopen "
-    "--session examples/canopen-simulated.yaml -o can.mcap"
+    "\n\nOver CANopen, drives simulated: cdprcal template --session -o session.yaml && cdprcal "
+    "acquire irma4 plan.csv --backend canopen --session session.yaml -o can.mcap"
 )
 
 

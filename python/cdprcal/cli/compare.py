@@ -26,8 +26,8 @@ from cdprcal.command import (
 )
 
 EXAMPLE = (
-    "Example: cdprcal generate irma4 --seed 2 -o later.csv && cdprcal compare irma4 run.csv "
-    "later.csv --plot moved.png"
+    "Example: cdprcal acquire irma4 plan.csv --quick --effect load_cell_bias=6,-5,4,-8 -o "
+    "later.csv && cdprcal compare irma4 run.csv later.csv --plot moved.png"
 )
 
 

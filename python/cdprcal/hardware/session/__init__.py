@@ -2,6 +2,7 @@
 
 from cdprcal.hardware.session.file import (
     SCHEMA_FILE,
+    example_text,
     load_session,
     load_topics,
     parse_session,
@@ -36,6 +37,7 @@ __all__ = [
     "TopicMap",
     "Torque",
     "Winch",
+    "example_text",
     "load_session",
     "load_topics",
     "parse_session",

@@ -40,6 +40,13 @@ def schema_text() -> str:
     return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
 
 
+def example_text() -> str:
+    """A whole session: irma4 with simulated drives. Its first line names this schema's file."""
+    here = resources.files("cdprcal.hardware.session")
+    text = (here / "canopen-simulated.yaml").read_text("utf-8")
+    return text.replace(f"$schema={SCHEMA_FILE}", f"$schema={here / SCHEMA_FILE}", 1)
+
+
 def shipped_schema() -> str:
     """The schema file of this installation."""
     return (resources.files("cdprcal.hardware.session") / SCHEMA_FILE).read_text("utf-8")
@@ -47,6 +54,7 @@ def shipped_schema() -> str:
 
 __all__ = [
     "SCHEMA_FILE",
+    "example_text",
     "load_session",
     "load_topics",
     "parse_session",
