@@ -165,7 +165,7 @@ def load_robot(robot: str) -> _core.Robot:
         near = difflib.get_close_matches(robot.lower(), _core.builtin_robot_names(), n=1)
         if not near or Path(robot).exists():
             raise
-        raise _core.InputError(f"{error}; did you mean {near[0]}?") from None
+        raise _core.InputError(f"{error}; give {near[0]}, if that is meant") from None
 
 
 def robot_with_effects(robot: str, effects: Sequence[str] | None) -> _core.Robot:

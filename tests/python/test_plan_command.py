@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.text import Annotation
 
 import cdprcal
 from cdprcal.io.replacing import signed
@@ -209,6 +210,7 @@ def test_numbers_of_stops_are_outside_of_the_ways_and_cover_what_is_below(
     middle = np.mean([line.get_xydata().mean(axis=0) for line in view.lines], axis=0)
     assert view.texts
     for text in view.texts:
+        assert isinstance(text, Annotation)
         box = text.get_bbox_patch()
         assert box is not None
         assert box.get_facecolor()[:3] == (1.0, 1.0, 1.0)
