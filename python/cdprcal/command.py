@@ -6,7 +6,7 @@ import functools
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, ParamSpec, TypeVar
@@ -153,6 +153,21 @@ def fail(message: str, code: int = WRONG_USE) -> NoReturn:
     raise typer.Exit(code)
 
 
+def load_robot(robot: str) -> _core.Robot:
+    """A robot by path or built-in name. Raises InputError, which names what may be meant."""
+    import difflib
+
+    from cdprcal import _core
+
+    try:
+        return _core.load_robot(robot)
+    except _core.InputError as error:
+        near = difflib.get_close_matches(robot.lower(), _core.builtin_robot_names(), n=1)
+        if not near or Path(robot).exists():
+            raise
+        raise _core.InputError(f"{error}; give {near[0]}, if that is meant") from None
+
+
 def robot_with_effects(robot: str, effects: Sequence[str] | None) -> _core.Robot:
     """A robot by name or path, with the effects that some files define beside its own.
 
@@ -162,7 +177,7 @@ def robot_with_effects(robot: str, effects: Sequence[str] | None) -> _core.Robot
     from cdprcal import _core, effect_files
     from cdprcal.io.files import read_utf_8
 
-    the_robot = _core.load_robot(robot)
+    the_robot = load_robot(robot)
     for path in effects or []:
         ours = path in effect_files.names()
         text = effect_files.text(path) if ours else read_utf_8(Path(path))
@@ -203,14 +218,19 @@ def keep_apart(outputs: Mapping[str, str], inputs: Mapping[str, str | Sequence[s
         written[option] = path
 
 
-def keep_existing(outputs: Mapping[Output, str], *, force: bool) -> None:
-    """Refuses to write over a file that is no earlier result of its kind, unless ``force``.
+def keep_existing(
+    outputs: Mapping[Output, str], *, force: bool, any_name: Collection[str] = ()
+) -> None:
+    """Refuses a name whose ending is none of its kind, unless it is one of ``any_name``; and to
+    write over a file that is no earlier result of its kind, unless ``force``.
 
     ``outputs``: what is written → its path, empty when it was not asked for. Raises InputError.
     """
-    from cdprcal.io.replacing import refuse_to_replace
+    from cdprcal.io.replacing import check_ending, refuse_to_replace
 
     for kind, path in outputs.items():
+        if path and path not in any_name:
+            check_ending(Path(path), kind)
         if path and not force:
             refuse_to_replace(Path(path), kind)
 

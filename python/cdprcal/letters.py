@@ -36,7 +36,7 @@ _TO_ASCII = str.maketrans(_ASCII)
 
 
 def speaks_unicode() -> bool:
-    """Whether the locale does; POSIX's own (``LANG=C``) promises ASCII alone."""
+    """Whether the locale does; POSIX's own (``LC_ALL=C``) promises ASCII alone."""
     chosen = next(filter(None, map(os.environ.get, ("LC_ALL", "LC_CTYPE", "LANG"))), "C")
     if chosen in ("C", "POSIX"):
         return False

@@ -5,16 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cdprcal._core import InputError
 from cdprcal.extras import need
 from cdprcal.io.files import atomic_output
-from cdprcal.io.replacing import MAKER
+from cdprcal.io.replacing import MAKER, check_ending
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Formats that a picture's name may ask for.
-FORMATS = (".png", ".pdf", ".svg")
 _DOTS_PER_INCH = 130
 
 
@@ -26,18 +23,11 @@ def new_figure(width_in: float, height_in: float) -> Figure:
     return Figure(figsize=(width_in, height_in), layout="constrained")
 
 
-def check_picture_name(path: Path) -> Path:
-    """Raises InputError unless the name ends in one of FORMATS."""
-    if path.suffix.lower() not in FORMATS:
-        raise InputError(f"{path}: a picture's name must end in {', '.join(FORMATS)}")
-    return path
-
-
 def save_figure(figure: Figure, path: Path) -> None:
     """Writes in the format of the name. Raises InputError when that cannot be."""
     import matplotlib
 
-    check_picture_name(path)
+    check_ending(path, "picture")
     kind = path.suffix[1:].lower()
     # One figure is one file: neither the day nor a draw of names goes into it. Who made it does.
     undated = {

@@ -45,6 +45,8 @@ class YamlKind(Generic[M]):
     model: type[M]
     name: str  #: 'session file'
     page: str  #: 'docs/hardware.md'
+    #: With more keys than ``model``, which one takes that has any of those.
+    whole: type[M] | None = None
 
     def load(self, path: str | Path) -> M:
         """Reads a file. Raises InputError 'file:line:column: …'."""
@@ -71,8 +73,12 @@ class YamlKind(Generic[M]):
             raise InputError(f"{source}: is not YAML: {said}; see {self.page}") from None
         if not isinstance(document, CommentedMap):
             raise InputError(f"{source}:1:1: a {self.name} is a map; see {self.page}")
+        model = self.model
+        if self.whole:
+            more = self.whole.model_fields.keys() - model.model_fields.keys()
+            model = self.whole if more & document.keys() else model
         try:
-            return self.model.model_validate(_plain(document, {}))
+            return model.model_validate(_plain(document, {}))
         except _HoldsItselfError:
             raise InputError(
                 f"{source}:1:1: something holds itself, by an alias (*); write it out"
@@ -85,7 +91,7 @@ class YamlKind(Generic[M]):
             if misspelt := _misspelt(first, errors):
                 said += f", and {misspelt[-1]} is not known there; correct its name"
             elif first["type"] == "extra_forbidden":
-                said += f"; use one of {', '.join(_known_beside(self.model, where))}"
+                said += f"; use one of {', '.join(_known_beside(model, where))}"
             line, column = _place(
                 document, misspelt or where,
                 missing=first["type"] == "missing" and not misspelt,

@@ -72,6 +72,10 @@ def _plain(text: Text) -> Text:
     return plain
 
 
+#: Cells of each row, and its style.
+Rows = Sequence[tuple[list[str], str]]
+
+
 @dataclass(frozen=True)
 class _Column:
     header: str
@@ -97,13 +101,10 @@ class Table:
         self._rows.append((cells, style))
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        headers = [readable(column.header) for column in self._columns]
         rows = [([readable(cell) for cell in cells], style) for cells, style in self._rows]
-        blocks = self._blocks(headers, rows, options.max_width)
-        if len(blocks) > 1:  # units below names: perhaps all fit then
-            headers = [header.replace(" [", "\n[") for header in headers]
-            blocks = self._blocks(headers, rows, options.max_width)
+        headers, least, blocks = self._laid_out(rows, options.max_width)
         for block in blocks:
+            widths = self._widths(block, headers, rows, least, options.max_width)
             table = RichTable(
                 box=None, pad_edge=False, header_style="bold", padding=(0, _GAP, 0, 0)
             )
@@ -114,20 +115,48 @@ class Table:
                     justify="left" if is_text else "right",
                     no_wrap=False,
                     overflow="fold",
-                    min_width=None if is_text else _widest(headers[i], rows, i),
+                    width=widths[i],
                 )
             for cells, style in rows:
                 table.add_row(*(Text(cells[i]) for i in block), style=style)
             yield table
 
-    def _blocks(
-        self, headers: Sequence[str], rows: Sequence[tuple[list[str], str]], width: int
-    ) -> list[list[int]]:
-        """Which columns stand side by side."""
-        least = [
-            _longest_word(headers[i], rows, i) if column.is_text else _widest(headers[i], rows, i)
+    def _laid_out(self, rows: Rows, width: int) -> tuple[list[str], list[int], list[list[int]]]:
+        """Headers, the narrowest columns, and which of them stand side by side: all if possible.
+
+        To that end units go below names first, then keys are wrapped between words.
+        """
+        names = [readable(column.header) for column in self._columns]
+        below = [name.replace(" [", "\n[") for name in names]
+        tried = []
+        for headers, whole_keys in ((names, True), (below, True), (names, False), (below, False)):
+            least = self._least(headers, rows, whole_keys=whole_keys)
+            tried.append((headers, least, self._blocks(least, width)))
+        return next((layout for layout in tried if len(layout[2]) == 1), tried[-1])
+
+    def _least(self, headers: Sequence[str], rows: Rows, *, whole_keys: bool) -> list[int]:
+        """The narrowest that each column may be."""
+        return [
+            _longest_word(headers[i], rows, i)
+            if column.is_text and not (whole_keys and i < self._keys)
+            else _widest(headers[i], rows, i)
             for i, column in enumerate(self._columns)
         ]
+
+    def _widths(
+        self, block: list[int], headers: Sequence[str], rows: Rows, least: list[int], width: int
+    ) -> dict[int, int]:
+        """Of the columns of a block: what is to spare goes to the texts, from the left."""
+        widths = {i: least[i] for i in block}
+        spare = width - sum(widths.values()) - _GAP * (len(block) - 1)
+        for i in block:
+            more = max(0, min(spare, _widest(headers[i], rows, i) - widths[i]))
+            widths[i] += more
+            spare -= more
+        return widths
+
+    def _blocks(self, least: Sequence[int], width: int) -> list[list[int]]:
+        """Which columns stand side by side."""
         keys = list(range(self._keys))
         blocks: list[list[int]] = []
         taken = width + 1
@@ -142,12 +171,12 @@ class Table:
         return blocks or [keys]
 
 
-def _widest(header: str, rows: Sequence[tuple[list[str], str]], i: int) -> int:
+def _widest(header: str, rows: Rows, i: int) -> int:
     lines = [*header.splitlines(), *(cells[i] for cells, _ in rows)]
     return max((cell_len(line) for line in lines), default=0)
 
 
-def _longest_word(header: str, rows: Sequence[tuple[list[str], str]], i: int) -> int:
+def _longest_word(header: str, rows: Rows, i: int) -> int:
     words = [word for text in (header, *(cells[i] for cells, _ in rows)) for word in text.split()]
     return max(map(cell_len, words), default=0)
 

@@ -360,6 +360,14 @@ def test_help_answers_at_once() -> None:
     assert min(times) < 0.3
 
 
+def test_help_and_page_name_the_same_commands_with_caveats(cli: Cli) -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs" / "commands.md").read_text("utf-8")
+    for text in (cli("--help").stdout, page):
+        _, _, caveats = " ".join(text.replace("`", "").split()).partition("2 wrong use, 3 ")
+        for command in ("calibrate", "track", "acquire --until", "geometry"):
+            assert command in caveats.partition("but with caveats")[0]
+
+
 def test_every_command_has_help(cli: Cli) -> None:
     for command in ("import", "check", "calibrate", "generate"):
         ran = cli(command, "--help")

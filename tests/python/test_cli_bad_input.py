@@ -195,8 +195,8 @@ def test_output_that_cannot_be_written(cli: Cli, log_path: Path, tmp_path: Path)
     for command in (
         ("import", log_path, "-o", missing),
         ("import", log_path, "-o", tmp_path),
-        ("calibrate", "irma4", log_path, "-o", missing),
-        ("calibrate", "irma4", log_path, "--json", "-o", missing),
+        ("calibrate", "irma4", log_path, "-o", missing.with_suffix(".json")),
+        ("calibrate", "irma4", log_path, "--json", "-o", missing.with_suffix(".json")),
         ("generate", "irma4", "-o", missing),
     ):
         assert_refused(cli(*command), "cannot be written")
@@ -243,3 +243,19 @@ def test_a_failed_import_leaves_an_older_output_alone(
 @pytest.mark.parametrize("grid", ["2x2", "0x1x1", "axbxc", "2x2x2x2", "100x1x1"])
 def test_a_grid_that_is_none(cli: Cli, tmp_path: Path, grid: str) -> None:
     assert_refused(cli("generate", "irma4", "-o", tmp_path / "x.csv", "--grid", grid), "--grid")
+
+
+def test_a_built_in_robot_that_may_be_meant_is_named(cli: Cli, log_path: Path) -> None:
+    for name, meant in (("IRMA4", "irma4"), ("belt4", "belts4")):
+        assert_refused(cli("calibrate", name, log_path), f"; give {meant}, if that is meant")
+        assert_refused(cli("plan", name), f"; give {meant}, if that is meant")
+    assert "is meant" not in cli("calibrate", "my-machine.yaml", log_path).stderr
+
+
+@pytest.mark.parametrize("option", ["--rate-hz", "--dwell-s"])
+@pytest.mark.parametrize("value", ["0", "-1", "nan", "inf"])
+def test_times_that_no_log_has_are_refused(
+    cli: Cli, tmp_path: Path, option: str, value: str
+) -> None:
+    ran = cli("generate", "irma4", "-o", tmp_path / "run.csv", option, value)
+    assert_refused(ran, f"{option}: must be above 0; give another")

@@ -350,6 +350,8 @@ def test_minus_o_writes_what_the_name_says(cli: Cli, log_path: Path, tmp_path: P
     assert cli("diagnose", "irma4", log_path, "-o", robot, "-o", result).code == 0
     assert cdprcal.load_robot(str(robot)).cable_count == 4
     assert json.loads(result.read_text())["verdict"] == "consistent"
+    said = cli("diagnose", "irma4", log_path, "-o", robot).stdout
+    assert "corrected.yaml: nothing was found: the robot file as it was given; next:" in said
     twice = cli("diagnose", "irma4", log_path, "-o", result, "--result", tmp_path / "other.json")
     assert twice.code == 2
     assert "would be the same result; give one" in twice.stderr
@@ -359,3 +361,48 @@ def test_minus_o_writes_what_the_name_says(cli: Cli, log_path: Path, tmp_path: P
     none = cli("calibrate", "irma4", log_path, "-o", robot)
     assert none.code == 2
     assert "corrected.yaml: calibrate corrects no robot file; give a name in .json" in none.stderr
+
+
+@pytest.mark.parametrize("name", ["out", "out.txt", "out.md"])
+@pytest.mark.parametrize(
+    ("command", "option", "kinds"),
+    [
+        (("diagnose", "irma4", "LOG"), "-o", "robot file a name in .yaml or .yml; a result"),
+        (("calibrate", "irma4", "LOG"), "-o", "result a name in .json"),
+        (("track", "irma4", "LOG"), "-o", "track a name in .csv"),
+        (("compare", "irma4", "LOG", "LOG"), "--plot", "picture a name in .png or .pdf or .svg"),
+        (("geometry", "irma4", "LOG"), "-o", "robot file a name in .yaml or .yml"),
+        (("explore", "irma4", "LOG"), "-o", "robot file a name in .yaml or .yml"),
+        (("report", "irma4", "LOG"), "-o", "page a name in .html or .htm"),
+        (("plan", "irma4"), "-o", "plan a name in .csv"),
+        (("workspace", "irma4"), "-o", "mesh a name in .ply or .stl"),
+        (("generate", "irma4", "-o", "made.csv"), "--truth", "truth a name in .json"),
+        (("acquire", "irma4", "p.csv", "-o", "run.csv"), "--truth", "truth a name in .json"),
+        (("template",), "-o", "robot file a name in .yaml or .yml"),
+        (("check", "LOG"), "--propose", "mapping file a name in .yaml or .yml"),
+    ],
+)
+def test_a_name_that_does_not_say_what_is_in_it_is_refused(
+    cli: Cli,
+    log_path: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    command: tuple[str, ...],
+    option: str,
+    kinds: str,
+    name: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = [log_path if word == "LOG" else word for word in command]
+    ran = cli(*words, option, name)
+    assert ran.code == 2, ran
+    assert f"{name}: its ending does not say what it is; give a {kinds}" in ran.stderr
+    assert not Path(name).exists()
+
+
+def test_a_result_has_any_name_where_it_is_asked_for(
+    cli: Cli, log_path: Path, tmp_path: Path
+) -> None:
+    result = tmp_path / "result"
+    assert cli("diagnose", "irma4", log_path, "--result", result).code == 0
+    assert json.loads(result.read_text())["verdict"] == "consistent"

@@ -91,6 +91,17 @@ def test_nothing_moved_is_said_so(cli: Cli, logs: list[Path]) -> None:
     assert document["reason"].startswith("none of ")
 
 
+def test_without_a_number_there_is_no_picture(cli: Cli, tmp_path: Path) -> None:
+    for seed in ("2", "3"):
+        assert cli("generate", "irma4", "--seed", seed, "-o", tmp_path / f"{seed}.csv").code == 0
+    picture = tmp_path / "moved.png"
+    ran = cli("compare", "irma4", tmp_path / "2.csv", tmp_path / "3.csv", "--plot", picture)
+    assert ran.code == 0, ran.stderr
+    assert "these logs show no effect" in ran.stdout
+    assert "moved.png: not written, as there is no number to draw" in ran.stderr
+    assert not picture.exists()
+
+
 def test_one_log_is_no_comparison(cli: Cli, logs: list[Path]) -> None:
     ran = cli("compare", "irma4", logs[0])
     assert ran.code == 2

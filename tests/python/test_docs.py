@@ -170,7 +170,13 @@ def test_the_commands_of_a_page_do_what_it_says(
     done = walked(script, folder, shell)
     if page == "extend/formula.md":
         assert "\ndescribed: length_by_length_sine" in done.stdout
-        assert "a drum of 47" in done.stdout
+        page_text = " ".join((DOCS / page).read_text(encoding="utf-8").split())
+        (law,) = re.findall(r"^length_by_length_sine\S+: (.*)$", done.stdout, re.M)
+        assert law in page_text
+        wrong = (folder / "mine.yaml").read_text().replace(" sin(", " sinus(", 1)
+        (folder / "mine.yaml").write_text(wrong)
+        refused = walked("! cdprcal effects --effects mine.yaml", folder, shell).stderr
+        assert refused.partition("give one of")[0].removeprefix("cdprcal: ") in page_text
         assert "\nexplained: eccentric_drum" in done.stdout
         assert "eccentric_drum" in (folder / "corrected.yaml").read_text()
     if page == "first-calibration.md":

@@ -12,9 +12,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.text import Annotation
 
 import cdprcal
 from cdprcal.io.replacing import signed
+from cdprcal.planning.pictures import draw_plan
 from cdprcal.planning.table import print_plan
 from conftest import Ran
 from robots import altered, angle_between, polygon_robot
@@ -199,6 +201,21 @@ def test_for_people(cli: Cli, tmp_path: Path) -> None:
     assert ran.stderr == f"{picture}\n"
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert picture.stat().st_size > 20_000
+
+
+def test_numbers_of_stops_are_outside_of_the_ways_and_cover_what_is_below(
+    robot: cdprcal.Robot,
+) -> None:
+    view = draw_plan(robot, cdprcal.make_plan(robot)).axes[0]
+    middle = np.mean([line.get_xydata().mean(axis=0) for line in view.lines], axis=0)
+    assert view.texts
+    for text in view.texts:
+        assert isinstance(text, Annotation)
+        box = text.get_bbox_patch()
+        assert box is not None
+        assert box.get_facecolor()[:3] == (1.0, 1.0, 1.0)
+        away = np.array(text.xy) - middle
+        assert np.sign(text.get_position()).tolist() == np.sign(away).tolist()
 
 
 def test_what_a_plan_is_not_is_said_to_people(cli: Cli, capfd: pytest.CaptureFixture[str]) -> None:

@@ -11,7 +11,13 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from cdprcal.diagnosis.pictures import draw_gap, draw_held_out, draw_ranking, draw_residuals
+from cdprcal.diagnosis.pictures import (
+    draw_formulas,
+    draw_gap,
+    draw_held_out,
+    draw_ranking,
+    draw_residuals,
+)
 from cdprcal.diagnosis.plots import fits, gap_panels, gap_steps, ranked, residual_panels
 from cdprcal.pictures import new_figure, save_figure
 from cdprcal.report.figures import course, ranking, staircase
@@ -135,6 +141,27 @@ def test_a_formulas_axes_say_what_they_are() -> None:
     drawn = course({"course": {"to": "tension_N", "variable": "tension_N", "points": points}})
     titles = [drawn["layout"][axis]["title"]["text"] for axis in ("xaxis", "yaxis")]
     assert titles == ["tension [N]", "tension, read minus model [N]"]
+
+
+def test_no_line_is_drawn_between_the_poses_of_a_law() -> None:
+    """A sine of fewer poses than a period has is no zigzag."""
+    points = [{"cable": 1, "x": x, "read": 2.0, "added": 1.5} for x in (3.0, 1.0, 2.0)]
+    law = {"to": "tension_N", "variable": "tension_N", "points": points}
+    drawn = {"course": law, "formula": {"tension_N": "a * tension_N"}}
+    (axes,) = draw_formulas({"effects": [drawn]}).axes
+    lines = {str(line.get_linestyle()) for line in axes.lines if np.size(line.get_xdata()) == 3}
+    assert lines == {"None"}
+    assert {trace["mode"] for trace in course(drawn)["data"]} == {"markers"}
+
+
+def test_the_legend_of_the_residuals_lies_on_no_panel() -> None:
+    figure = draw_residuals(DOCUMENT)
+    assert [axes.get_legend() for axes in figure.axes] == [None] * 5
+    (legend,) = figure.legends
+    figure.draw_without_rendering()
+    place = legend.get_window_extent()
+    panels = [axes.get_tightbbox() for axes in figure.axes]
+    assert not any(panel is None or place.overlaps(panel) for panel in panels)
 
 
 @pytest.mark.parametrize("kind", ["svg", "pdf", "png"])

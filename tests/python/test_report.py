@@ -196,6 +196,10 @@ def test_on_a_phone_and_in_the_dark(page: Path, tab: Tab) -> None:
     assert (tab.js(background), tab.js(figure)) == (NIGHT_PAPER, NIGHT_PAPER)
     # Panels side by side keep a size that can be read, and are scrolled to.
     assert tab.js("document.getElementById('residuals').clientWidth") >= 680
+    # A table that goes on beyond the edge shows it by a shadow.
+    cut = "[...document.querySelectorAll('table')].filter((t) => t.scrollWidth > t.clientWidth)"
+    assert tab.js(f"{cut}.length") > 0
+    assert tab.js(f"{cut}.every((t) => getComputedStyle(t).backgroundImage.includes('gradient'))")
     # Pictures for paper are those of paper.
     shown = tab.js("document.querySelector('#time-0 ~ img.print').src")
     assert "20%2C%2025%2C%2031" not in shown
@@ -208,6 +212,44 @@ def test_on_a_phone_and_in_the_dark(page: Path, tab: Tab) -> None:
     assert tab.js(f"{place}.offsetWidth === {place}.querySelector('.main-svg').clientWidth")
     assert tab.problems == []
     assert tab.foreign_requests() == []
+
+
+#: The drawn points of a scene as shares of its half width and half height: within 1 they are seen.
+FARTHEST = """
+(() => {
+  const place = document.getElementById("scene-0"), scene = place._fullLayout.scene._scene;
+  const { model, view, projection } = scene.glplot.cameraParams;
+  const four = [0, 1, 2, 3];
+  const times = (m, v) => four.map((i) => four.reduce((a, k) => a + m[4 * k + i] * v[k], 0));
+  let farthest = 0;
+  for (const { x, y, z } of place.data.filter((trace) => trace.type === "scatter3d"))
+    for (let i = 0; i < x.length; ++i) {
+      if (x[i] === null || x[i] === undefined) continue;
+      const scaled = [x[i], y[i], z[i]].map((v, k) => v * scene.dataScale[k]);
+      const [right, up, , depth] = times(projection, times(view, times(model, [...scaled, 1])));
+      const share = Math.max(Math.abs(right), Math.abs(up)) / depth;
+      farthest = Math.max(farthest, depth > 0 ? share : Infinity);
+    }
+  return farthest;
+})()
+"""
+
+
+def test_the_whole_robot_is_seen_in_every_view(
+    page: Path, cli: Cli, tab: Tab, tmp_path: Path
+) -> None:
+    """A planar robot, and one of any shape; in a wide window and on a phone."""
+    run, planar = tmp_path / "run.csv", tmp_path / "planar.html"
+    assert cli("generate", "belts4", "-o", run).code == 0
+    assert cli("report", "belts4", run, "-o", planar).code == 0
+    for size in ((1160, 900), PHONE):
+        tab.size(*size)
+        for drawn in (page, planar):
+            tab.open(drawn.as_uri(), DRAWN, seconds=90.0)
+            for view in ("home", "top", "front"):
+                tab.click(f"[data-view={view}]")
+                tab.wait(f"{FARTHEST} < 0.95 && {FARTHEST} > 0.5")
+    assert tab.problems == []
 
 
 def test_without_webgl_there_is_a_still_picture(page: Path) -> None:
@@ -382,7 +424,7 @@ def test_wrong_use_is_said_and_nothing_is_written(
     (tmp_path / "half.json").write_text('{"inputs": {"command": "calibrate"}}')
     for arguments, words in (
         (("irma4",), "name its logs after it"),
-        (("irma4", log_path, "-o", tmp_path / "page.pdf"), "must end in .html"),
+        (("irma4", log_path, "-o", tmp_path / "page.pdf"), "give a page a name in .html or .htm"),
         (("irma4", tmp_path / "none.csv"), "none.csv: cannot be read"),
         (("nobody", log_path), "nobody"),
         ((tmp_path / "plain.json",), "is no result file"),
@@ -446,3 +488,63 @@ def test_what_no_effect_can_be_is_not_given_in_typical_sizes() -> None:
     assert _times_typical(infos["load_cell_bias"], 0.5) == "0.5 × typical"
     assert _times_typical(infos["load_cell_bias"], 55357.0) == "no believable one"
     assert _times_typical(infos["load_cell_bias"], None) == "–"
+
+
+@pytest.fixture(scope="module")
+def listed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """A robot file, and a list of rests: one row each, whole lengths and tensions."""
+    folder = tmp_path_factory.mktemp("listed")
+    text = cdprcal.builtin_robot_yaml("belts4")
+    robot_path, log_path = folder / "robot.yaml", folder / "rests.csv"
+    robot_path.write_text(text)
+    robot = cdprcal.load_robot(robot_path)
+    setpoints_N, poses = cdprcal.default_stops(robot, 3, 1, 3)
+    rng = np.random.default_rng(2)
+    length_m = np.array([cdprcal.platform_state(robot, pose).length_m for pose in poses])
+    tension_N = np.array(setpoints_N)
+    log = cdprcal.Log(
+        time_s=10.0 * np.arange(len(poses)),
+        direct_length_m=length_m + rng.normal(0.0, 1e-4, length_m.shape),
+        tension_N=tension_N + rng.normal(0.0, 0.3, tension_N.shape),
+    )
+    cdprcal.write_log(log, str(log_path))
+    return robot_path, log_path
+
+
+def test_of_a_list_of_rests_no_ripple_is_told(
+    cli: Cli, listed: tuple[Path, Path], tmp_path: Path
+) -> None:
+    ran = cli("diagnose", *listed, "--json")
+    assert ran.code == 0, ran.stderr
+    assert set(json.loads(ran.stdout)["ripple"].values()) == {None}
+    ran = cli("report", *listed, "-o", tmp_path / "rests.html")
+    assert ran.code == 0, ran.stderr
+    assert "Model and sensors agree" in ran.stdout
+    words = shown((tmp_path / "rests.html").read_text())
+    assert "ripple" not in words
+    assert "they repeat" not in words
+
+
+def test_captions_say_what_is_drawn(page: Path, cli: Cli, listed: tuple[Path, Path]) -> None:
+    parts = ("Shaded:", "set-points", "open ones: in motion", "The band is", "Dotted: the readings")
+    words = shown(page.read_text())
+    assert all(part in words for part in parts)
+    rests = listed[0].parent / "captions.html"
+    assert cli("report", *listed, "-o", rests).code == 0
+    words = shown(rests.read_text())
+    assert not any(part in words for part in parts)
+
+
+def test_titles_of_one_row_of_panels_lie_below_the_legend(
+    cli: Cli, listed: tuple[Path, Path]
+) -> None:
+    rests = listed[0].parent / "legend.html"
+    assert cli("report", *listed, "-o", rests).code == 0
+    drawn = embedded(rests.read_text(), "figures")["residuals"]["layout"]
+    assert {key for key in drawn if key.startswith("yaxis")} == {
+        "yaxis",
+        *(f"yaxis{k}" for k in "234"),
+    }
+    inside_px = drawn["height"] - drawn["margin"]["t"] - drawn["margin"]["b"]
+    room_px = (drawn["legend"]["y"] - drawn["yaxis"]["domain"][1]) * inside_px
+    assert room_px > max(note["font"]["size"] for note in drawn["annotations"]) + 4

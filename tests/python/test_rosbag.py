@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
@@ -14,7 +15,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StorageP
 from rosbags.typesys import Stores, get_typestore
 
 import cdprcal
-from cdprcal.hardware.session import Ros2
+from cdprcal.hardware.session import Ros2, load_topics
 from cdprcal.hardware.xsens.measurement import quaternion_from_rotation
 from cdprcal.ros2 import is_bag, load_bag, save_bag
 from conftest import Ran, changed
@@ -170,7 +171,9 @@ def foreign_bag(path: Path, log: cdprcal.Log, robot: cdprcal.Robot) -> None:
             writer.write(made["/imu"], round(time_s * 1e9) + 5_000_000, data)
 
 
-SESSION_TEXT = (Path(__file__).resolve().parents[2] / "examples/canopen-simulated.yaml").read_text()
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+SESSION_TEXT = (ROOT / "examples/canopen-simulated.yaml").read_text()
 
 
 def test_a_bag_of_rosbags_calibrates(
@@ -194,6 +197,34 @@ def test_a_bag_of_rosbags_calibrates(
     found = json.loads(ran.stdout)["initial_pose"]["position_m"]
     wanted = cdprcal.calibrate(robot, without_setpoints).result.poses[0].position_m
     np.testing.assert_allclose(found, wanted, atol=1e-6)
+
+
+def test_a_session_of_topics_alone_is_enough_for_bags(
+    cli: Callable[..., Ran],
+    robot: cdprcal.Robot,
+    synthetic: cdprcal.SyntheticLog,
+    tmp_path: Path,
+) -> None:
+    foreign_bag(tmp_path / "bag", synthetic.log, robot)
+    session, out = tmp_path / "session.yaml", tmp_path / "run.csv"
+    page = (DOCS / "ros2.md").read_text(encoding="utf-8")
+    session.write_text(re.findall(r"^```yaml\n(.*?)^```$", page, re.M | re.S)[0])
+    named = load_topics(session).ros2
+    assert named is not None
+    assert named.length_per_position_m == 0.05
+    session.write_text(f"format: cdprcal-session-1\nrobot: irma4\nros2: {json.dumps(MAP)}\n")
+    ran = cli("import", tmp_path / "bag", "--robot", "irma4", "--session", session, "-o", out)
+    assert ran.code == 0, ran.stderr
+    np.testing.assert_allclose(cdprcal_log(out).length_m, synthetic.log.length_m, atol=1e-9)
+    # What is misspelt is no topic map, and with devices it is a session as a whole.
+    for text, said in (
+        ("ros: {}", "session.yaml:3:1: ros: is not known"),
+        ("winches: []", "bus: is missing"),
+    ):
+        session.write_text(f"format: cdprcal-session-1\nrobot: irma4\n{text}\n")
+        ran = cli("export", "irma4", out, "-o", tmp_path / "no", "--session", session)
+        assert ran.code == 2
+        assert said in ran.stderr
 
 
 def test_export_and_import_again(

@@ -178,6 +178,11 @@ def test_workspace(cli: Cli) -> None:
     validate("workspace", json.loads(ran.stdout))
 
 
+def test_effects_and_the_words_of_formulas(cli: Cli) -> None:
+    validate("effects", json.loads(cli("effects", "--json").stdout))
+    validate("effects-words", json.loads(cli("effects", "--words", "--json").stdout))
+
+
 def test_the_command_prints_them(cli: Cli) -> None:
     assert cli("schema").stdout.split() == list(DOCUMENTS)
     assert json.loads(cli("schema", "check").stdout) == schema("check")

@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -15,6 +16,8 @@ import cdprcal
 from cdprcal.hardware.session import CanopenBus, load_session, parse_session, schema_text
 from cdprcal.hardware.session.file import shipped_schema
 from cdprcal.hardware.session.objects import object_type, parse_object
+from conftest import Ran
+from winch_bus import small_plan
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "canopen-simulated.yaml"
 
@@ -127,3 +130,21 @@ def test_the_module_prints_the_schema() -> None:
     )
     assert ran.stdout == schema_text()
     assert ran.stderr == ""
+
+
+def test_the_session_that_a_template_is_can_be_tried(
+    cli: Callable[..., Ran], robot: cdprcal.Robot, tmp_path: Path
+) -> None:
+    path, plan = tmp_path / "session.yaml", tmp_path / "plan.csv"
+    ran = cli("template", "--session", "-o", path)
+    assert ran.code == 0, ran.stderr
+    assert f"--session {path} -o run.mcap" in ran.stdout
+    schema = path.read_text().partition("$schema=")[2].partition("\n")[0]
+    assert json.loads(Path(schema).read_text())["title"] == "cdprcal session"
+    cdprcal.write_plan(small_plan(robot), str(plan))
+    ran = cli("acquire", "irma4", plan, "--backend", "canopen", "--session", path, "--dry-run",
+              "--seconds", 1, "-o", tmp_path / "run.csv")  # fmt: skip
+    assert ran.code == 0, ran.stderr
+    assert cli("template", "--session", "-o", path).code == 2
+    ran = cli("template", "--session", "--cables", 3, "-o", tmp_path / "other.yaml")
+    assert "--session: is no robot file; leave out --from and --cables" in ran.stderr

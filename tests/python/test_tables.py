@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 import cdprcal
 from cdprcal.diagnosis.table import value_rows
 from cdprcal.tables import CHANNELS, gated_line, sigma_of
-from cdprcal.terminal import fixed, measured
+from cdprcal.terminal import Table, fixed, measured
 from conftest import Ran, changed
 
 
@@ -55,6 +57,32 @@ def test_a_value_has_the_digits_that_sigma_needs(
     value: float | None, sigma: float | None, said: tuple[str, str]
 ) -> None:
     assert measured(value, sigma) == said
+
+
+def printed(table: Table, width: int) -> list[str]:
+    console = Console(width=width, file=io.StringIO())
+    with console.capture() as said:
+        console.print(table)
+    return [line.rstrip() for line in said.get().splitlines()]
+
+
+def test_no_word_of_a_table_is_broken_where_another_column_has_room() -> None:
+    table = Table("effect", "found from", "of its usual size", "looks like", text={0, 1, 3})
+    table.add_row("magnetic_disturbance", "no believable size", "", "external_force, umbilical")
+    *_, row, rest = printed(table, 80)
+    assert row.split() == ["magnetic_disturbance", "no", "believable", "size", "external_force,"]
+    assert rest.split() == ["umbilical"]
+
+
+def test_units_go_below_names_before_a_key_is_broken() -> None:
+    table = Table("effect", "of", "value [mm]", "evidence [nat]", text={0, 1}, keys=2)
+    table.add_row("eccentric_drum", "cosine_m cable 1", "+0.039", "222.9")
+    assert printed(table, 62)[0].split() == [
+        "effect", "of", "value", "[mm]", "evidence", "[nat]",
+    ]  # fmt: skip
+    _, units, row = printed(table, 52)
+    assert units.split() == ["effect", "of", "[mm]", "[nat]"]
+    assert row.split() == ["eccentric_drum", "cosine_m", "cable", "1", "+0.039", "222.9"]
 
 
 def test_nothing_is_less_than_zero_by_nothing() -> None:

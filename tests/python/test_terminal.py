@@ -220,6 +220,7 @@ def test_a_dry_run_says_why_it_would_have_stopped(
     document = json.loads(capsys.readouterr().out)
     assert "node 2 (cable 2): does not answer" in document["reason"]
     assert "would have stopped: node 2 (cable 2): does not answer" in terminal.text
+    assert "to move, leave out --dry-run" in " ".join(terminal.text.split())
 
 
 @pytest.mark.parametrize("name", ["", *COMMANDS])

@@ -343,7 +343,7 @@ def test_the_command_writes_a_bag(
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("-o", "track.txt"), ("track.txt", "a track is CSV", "--bag FOLDER")),
+        (("-o", "track.txt"), ("track.txt", "give a track a name in .csv")),
         (("-o", "run.csv"), ("run.csv: is the log that is read", "-o")),
         (("--plot", "track.gif"), ("track.gif", r"\.png")),
         (("-o", "a.csv", "--plot", "a.csv"), ("a.csv: is the file of -o too",)),

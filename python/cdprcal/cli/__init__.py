@@ -109,7 +109,7 @@ app = typer.Typer(
     cls=_Group,
     help="Find out where a cable robot hangs when it is switched on, and what its model gets "
     "wrong.\n\nExit codes: 0 done, 1 the data or the solution cannot be trusted, 2 wrong use, "
-    "3 calibrate found a pose, or geometry a frame, but with caveats.",
+    "3 calibrate, track or acquire --until found a pose, or geometry a frame, but with caveats.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,

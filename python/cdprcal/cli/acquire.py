@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
 EXAMPLE = (
     "Example: cdprcal plan irma4 -o plan.csv && cdprcal acquire irma4 plan.csv --seed 3 -o run.mcap"
-    "\n\nOver CANopen, drives simulated: cdprcal acquire irma4 plan.csv --backend canopen "
-    "--session examples/canopen-simulated.yaml -o can.mcap"
+    "\n\nOver CANopen, drives simulated: cdprcal template --session -o session.yaml && cdprcal "
+    "acquire irma4 plan.csv --backend canopen --session session.yaml -o can.mcap"
 )
 
 
@@ -197,7 +197,7 @@ def command(
     from cdprcal.io import AcquisitionInputs, open_live_log
     from cdprcal.io.files import refuse_unwritable, shown_path, write_text
     from cdprcal.io.log_file import is_mcap_name
-    from cdprcal.io.replacing import may_replace
+    from cdprcal.io.replacing import check_ending, may_replace
     from cdprcal.results import strict_json
 
     if backend not in BACKENDS:
@@ -216,6 +216,7 @@ def command(
     )
     is_mcap_name(Path(output))
     if truth:
+        check_ending(Path(truth), "truth")
         refuse_unwritable(Path(truth))
         if not may_replace(Path(truth), "truth"):
             fail(

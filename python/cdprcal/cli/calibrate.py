@@ -23,6 +23,7 @@ from cdprcal.command import (
     interruptible,
     keep_apart,
     keep_existing,
+    load_robot,
     print_json,
     reports_errors,
 )
@@ -120,7 +121,7 @@ def command(
         at_s=parse_times(at),
         segment=segment,
     )
-    the_robot = _core.load_robot(robot)
+    the_robot = load_robot(robot)
     file = Reader(the_robot, map_).load(log)
     with interruptible():
         if motion:

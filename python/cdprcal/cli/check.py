@@ -18,6 +18,7 @@ from cdprcal.command import (
     fail,
     keep_apart,
     keep_existing,
+    load_robot,
     print_json,
     reports_errors,
 )
@@ -72,7 +73,6 @@ def command(
     Thresholds come from the robot file's sigma and limits, from physics and from the data's own
     noise. Exit code 1: it cannot be trusted; with --propose: a line of the map is but a guess.
     """
-    from cdprcal._core import load_robot
     from cdprcal.check import check_file, check_log, check_robot
     from cdprcal.mapping import Reader, map_offered
     from cdprcal.tables import print_check, print_robot_check

@@ -26,8 +26,8 @@ from cdprcal.command import (
 )
 
 EXAMPLE = (
-    "Example: cdprcal generate irma4 --seed 2 -o later.csv && cdprcal compare irma4 run.csv "
-    "later.csv --plot moved.png"
+    "Example: cdprcal acquire irma4 plan.csv --quick --effect load_cell_bias=6,-5,4,-8 -o "
+    "later.csv && cdprcal compare irma4 run.csv later.csv --plot moved.png"
 )
 
 
@@ -57,7 +57,7 @@ def command(
     from cdprcal import _core
     from cdprcal.diagnosis.comparison import comparison_as_dict, draw_comparison, print_comparison
     from cdprcal.mapping import Reader
-    from cdprcal.pictures import check_picture_name, save_figure
+    from cdprcal.pictures import save_figure
     from cdprcal.tables import print_findings
     from cdprcal.terminal import notes, say
 
@@ -67,8 +67,6 @@ def command(
         {"--plot": plot},
         {"robot file": robot, "log": logs, "mapping file": map_, "--effects": effects or []},
     )
-    if plot:
-        check_picture_name(Path(plot))
     keep_existing({"picture": plot}, force=force)
     the_robot = robot_with_effects(robot, effects)
     files = Reader(the_robot, map_).load_all(logs)
@@ -80,7 +78,9 @@ def command(
             the_robot, [file.log for file in files], progress=lambda step: say(out, f"… {step}")
         )
     document = comparison_as_dict(found, the_robot)
-    if plot:
+    if plot and not document["numbers"]:
+        say(out, f"{plot}: not written, as there is no number to draw")
+    elif plot:
         save_figure(draw_comparison(document), Path(plot))
         say(out, plot)
     if json:

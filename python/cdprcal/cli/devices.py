@@ -218,13 +218,17 @@ class _Screen:
             self._live.update(_table(self._backend, sample), refresh=True)
 
     def end(self, sample: _core.RobotSample, *, json: bool) -> None:
+        from cdprcal.hardware.connect import SessionBackend
         from cdprcal.terminal import answers, notes, say
 
         out = notes() if json else answers()
         out.print(_table(self._backend, sample))
         if self._backend.tripped:
             say(out, f"would have stopped: {self._backend.tripped}")
-        say(out, "dry run: no drive was enabled and no log written; to move, add --arm")
+        # Simulated drives are armed unless the run is to be dry.
+        real = isinstance(self._backend, SessionBackend)
+        move = "add --arm" if real else "leave out --dry-run"
+        say(out, f"dry run: no drive was enabled and no log written; to move, {move}")
 
 
 def _table(backend: FieldbusBackend, sample: _core.RobotSample) -> Group:

@@ -100,19 +100,21 @@ def command(
     from cdprcal.diagnosis import diagnosis_as_dict
     from cdprcal.diagnosis.document import TRUSTED
     from cdprcal.io.files import write_texts
-    from cdprcal.io.replacing import signed
+    from cdprcal.io.replacing import check_ending, signed
     from cdprcal.io.result_file import diagnose_options, result_text
     from cdprcal.mapping import Reader
     from cdprcal.tables import print_findings
     from cdprcal.terminal import answers, as_typed, notes, say
     from cdprcal.trust import caveats_of_diagnosis
 
-    corrected, result = _outputs(output or [], result)
+    corrected, saved = _outputs(output or [], result)
     keep_apart(
-        {"-o": corrected, "--result": result},
+        {"-o": corrected, "--result": saved},
         {"robot file": robot, "log": logs, "mapping file": map_, "--effects": effects or []},
     )
-    keep_existing({"robot file": corrected, "result": result}, force=force)
+    if corrected:
+        check_ending(Path(corrected), "robot file", "result")
+    keep_existing({"robot file": corrected, "result": saved}, force=force, any_name=(result,))
     the_robot = robot_with_effects(robot, effects)
     files = Reader(the_robot, map_).load_all(logs)
     the_logs = [file.log for file in files]
@@ -135,12 +137,12 @@ def command(
                 _refuse_without_rest(the_robot, files)
             raise
     print_findings(caveats_of_diagnosis(diagnosis), verbose=verbose)
-    document = diagnosis_as_dict(diagnosis, the_robot, caveats)
+    document = diagnosis_as_dict(diagnosis, the_robot, caveats, logs=the_logs)
     texts = {}
     if corrected:
         texts[Path(corrected)] = signed(_core.to_yaml(diagnosis.corrected))
-    if result:
-        texts[Path(result)] = result_text("diagnose", document, the_robot, the_logs, asked)
+    if saved:
+        texts[Path(saved)] = result_text("diagnose", document, the_robot, the_logs, asked)
     if plot:
         from cdprcal.diagnosis.pictures import write_pictures
 
@@ -157,7 +159,12 @@ def command(
             mapped = ("--map", map_) if map_ else ()
             moving = ("--motion",) if motion else ()
             again = as_typed("calibrate", corrected, logs[0], *mapped, *moving)
-            say(answers(), f"{corrected}: the robot file with what was found; next: {again}")
+            holds = (
+                "the robot file with what was found"
+                if document["effects"]
+                else "nothing was found: the robot file as it was given"
+            )
+            say(answers(), f"{corrected}: {holds}; next: {again}")
     raise typer.Exit(DONE if document["verdict"] in TRUSTED else UNTRUSTED)
 
 

@@ -15,6 +15,7 @@ from cdprcal.command import (
     RobotArgument,
     keep_apart,
     keep_existing,
+    load_robot,
     reports_errors,
 )
 
@@ -48,7 +49,6 @@ def command(
     """
     import threading
 
-    from cdprcal import _core
     from cdprcal.explore import Exploration, ExploreServer
     from cdprcal.mapping import Reader
     from cdprcal.tables import print_findings
@@ -56,7 +56,7 @@ def command(
 
     keep_apart({"-o": output}, {"robot file": robot, "log": logs, "mapping file": map_})
     keep_existing({"robot file": output}, force=force)
-    the_robot = _core.load_robot(robot)
+    the_robot = load_robot(robot)
     files = Reader(the_robot, map_).load_all(logs)
     for file in files:
         print_findings(file.findings)

@@ -6,7 +6,14 @@ from typing import Annotated, Literal
 
 import typer
 
-from cdprcal.command import DONE, LogArgument, RobotArgument, keep_apart, reports_errors
+from cdprcal.command import (
+    DONE,
+    LogArgument,
+    RobotArgument,
+    keep_apart,
+    load_robot,
+    reports_errors,
+)
 
 EXAMPLE = "Example: cdprcal export irma4 run.mcap -o bag && ros2 bag play bag"
 
@@ -27,16 +34,15 @@ def command(
     ] = "mcap",
 ) -> None:
     """Turn a log into a ROS 2 bag: joint states, IMU, wrenches. ROS need not be installed."""
-    from cdprcal import _core
-    from cdprcal.hardware.session import load_session
+    from cdprcal.hardware.session import load_topics
     from cdprcal.io import load_run
     from cdprcal.ros2 import save_bag
     from cdprcal.terminal import answers, say
 
     keep_apart({"-o": output}, {})
-    the_robot = _core.load_robot(robot)
+    the_robot = load_robot(robot)
     file = load_run(log, the_robot)
-    topics = load_session(session).ros2 if session else None
+    topics = load_topics(session).ros2 if session else None
     save_bag(file.log, output, the_robot.euler_convention, topics, storage=storage)
     say(answers(), f"{output}: {len(file.log)} samples of {file.log.cable_count} cables")
     raise typer.Exit(DONE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,6 +15,7 @@ from cdprcal.command import (
     fail,
     keep_apart,
     keep_existing,
+    load_robot,
     reports_errors,
 )
 from cdprcal.option_values import DEFAULT_GRID, parse_grid, parse_sensors
@@ -82,12 +84,15 @@ def command(
     from cdprcal.results import pose_as_dict, strict_json
     from cdprcal.terminal import answers, counted, say
 
+    for option, value in (("--rate-hz", rate_hz), ("--dwell-s", dwell_s)):
+        if not 0.0 < value < math.inf:
+            fail(f"{option}: must be above 0; give another")
     if plan and grid:
         fail("--plan says where to go: leave out --grid")
     keep_apart({"-o": output, "--truth": truth}, {"robot file": robot, "plan": plan})
     is_mcap_name(Path(output))
     keep_existing({"log": output, "truth": truth}, force=force)
-    the_robot = _core.load_robot(robot)
+    the_robot = load_robot(robot)
     options = _core.SyntheticLogOptions(
         dwell_s=dwell_s,
         move_s=move_s,

@@ -19,6 +19,7 @@ from cdprcal.command import (
     interruptible,
     keep_apart,
     keep_existing,
+    load_robot,
     print_json,
     reports_errors,
 )
@@ -92,7 +93,7 @@ def command(
 
     keep_apart({"-o": output}, {"robot file": robot, "log": logs, "mapping file": map_})
     keep_existing({"robot file": output}, force=force)
-    the_robot = _core.load_robot(robot)
+    the_robot = load_robot(robot)
     files = Reader(the_robot, map_).load_all(logs)
     for file in files:
         print_findings(file.findings, verbose=verbose)

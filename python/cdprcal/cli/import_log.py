@@ -16,6 +16,7 @@ from cdprcal.command import (
     fail,
     keep_apart,
     keep_existing,
+    load_robot,
     reports_errors,
 )
 
@@ -66,7 +67,7 @@ def command(
     cdprcal acquired, robot, plan, settings and events are kept. Exit code 1:
     written, but the log cannot be trusted as it is (for example, its clock went back).
     """
-    from cdprcal._core import InputError, load_robot
+    from cdprcal._core import InputError
     from cdprcal.io import load_log, read_inputs, save_log
     from cdprcal.io.acquisition_inputs import PLAN, ROBOT, SETTINGS
     from cdprcal.io.events import read_events
@@ -134,12 +135,12 @@ def command(
 
 def _load_bag(path: str, robot: _core.Robot | None, session: str) -> LogFile | None:
     """A ROS 2 bag; None when it is none. Ends the command when the session is another robot's."""
-    from cdprcal.hardware.session import load_session
+    from cdprcal.hardware.session import load_topics
     from cdprcal.ros2 import is_bag, load_bag
 
     if not is_bag(Path(path)):
         return None
-    about = load_session(session) if session else None
+    about = load_topics(session) if session else None
     if about is not None and robot is not None and about.robot != robot.name:
         fail(
             f"{session}: is the session of robot {about.robot}, not {robot.name}; give that one "

@@ -165,7 +165,6 @@ def command(
     from cdprcal.cli.progress import progress_bar
     from cdprcal.io.files import write_text
     from cdprcal.io.replacing import signed
-    from cdprcal.pictures import check_picture_name
     from cdprcal.planning import plan_as_dict
     from cdprcal.planning.table import print_plan
     from cdprcal.terminal import notes, say
@@ -214,8 +213,6 @@ def command(
     if show and optimal:
         fail("--for adds places to a grid or to --position: leave out --optimal")
     asked = [name.strip() for name in show.split(",") if name.strip()]
-    if plot:
-        check_picture_name(Path(plot))
     with progress_bar() as shown:
         result = _core.make_plan(the_robot, progress=shown, **options)
     if result.status != _core.PlanStatus.planned:

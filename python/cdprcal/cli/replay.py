@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from cdprcal.cli.live import PortOption
-from cdprcal.command import DONE, LogArgument, reports_errors
+from cdprcal.command import DONE, LogArgument, load_robot, reports_errors
 
 EXAMPLE = "Example: cdprcal replay run.csv --speed 10"
 
@@ -45,7 +45,7 @@ def command(
     held = read_inputs(log)
     the_robot = None
     if robot:
-        the_robot = _core.load_robot(robot)
+        the_robot = load_robot(robot)
     elif held is not None:
         the_robot = _core.parse_robot(held.robot_yaml, f"{log}: robot")
     setpoints = None

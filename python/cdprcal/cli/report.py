@@ -15,6 +15,7 @@ from cdprcal.command import (
     interruptible,
     keep_apart,
     keep_existing,
+    load_robot,
     reports_errors,
 )
 
@@ -45,7 +46,6 @@ def command(
     The page is self-contained: it needs no network and no other file. Exit code 1: written, but a
     pose cannot be trusted or something is left unexplained; the page says so at its top.
     """
-    from cdprcal._core import InputError
     from cdprcal.extras import need
     from cdprcal.report import write_report
     from cdprcal.terminal import answers, notes, say
@@ -53,8 +53,6 @@ def command(
     need("jinja2", "plotly")
     keep_apart({"-o": output}, {"input": inputs, "mapping file": map_})
     path = Path(output)
-    if path.suffix.lower() not in (".html", ".htm"):
-        raise InputError(f"{output}: a page's name must end in .html")
     keep_existing({"page": output}, force=force)
     words = ["cdprcal", "report", *inputs, *(("--map", map_) if map_ else ()), "-o", output]
     subject = _subject(inputs, map_, words)
@@ -71,7 +69,6 @@ def command(
 
 
 def _subject(inputs: list[str], map_: str, command: list[str]) -> Subject:
-    from cdprcal import _core
     from cdprcal._core import InputError
     from cdprcal.check import marks, pauses
     from cdprcal.io.result_file import is_result_file, load_result
@@ -84,7 +81,7 @@ def _subject(inputs: list[str], map_: str, command: list[str]) -> Subject:
         if map_:
             raise InputError("--map: a result file holds its log already; leave it out")
         return subject_of_results([load_result(path) for path in inputs], command)
-    robot = _core.load_robot(inputs[0])
+    robot = load_robot(inputs[0])
     if len(inputs) < 2:
         raise InputError(f"{inputs[0]}: a robot alone is no report: name its logs after it")
     files = Reader(robot, map_).load_all(inputs[1:])

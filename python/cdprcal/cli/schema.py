@@ -17,8 +17,8 @@ def command(
         str,
         typer.Argument(
             metavar="[DOCUMENT]",
-            help="Command whose --json is meant, or NAME-result for its result files; without one "
-            "their names are listed.",
+            help="Command whose --json is meant, or NAME-result for its result files, or "
+            "effects-words; without one their names are listed.",
         ),
     ] = "",
 ) -> None:

@@ -23,6 +23,7 @@ from cdprcal.command import (
     interruptible,
     keep_apart,
     keep_existing,
+    load_robot,
     print_json,
     reports_errors,
 )
@@ -81,19 +82,14 @@ def command(
     from cdprcal.cli.calibrate import exit_code
     from cdprcal.io.result_file import is_result_file
     from cdprcal.mapping import Reader
-    from cdprcal.pictures import check_picture_name
     from cdprcal.tables import print_findings
     from cdprcal.tracking import save_track, track_as_dict
     from cdprcal.tracking.start import motion_would_tell, require_start, saved_start
 
     inputs = {"robot file": robot, "log": log, "--start": start, "mapping file": map_}
     keep_apart({"-o": output, "--bag": bag, "--plot": plot}, inputs)
-    if output and Path(output).suffix.lower() != ".csv":
-        fail(f"{output}: a track is CSV; give a name in .csv, or --bag FOLDER for ROS 2")
-    if plot:
-        check_picture_name(Path(plot))
     keep_existing({"track": output, "picture": plot}, force=force)
-    the_robot = _core.load_robot(robot)
+    the_robot = load_robot(robot)
     reader = Reader(the_robot, map_)
     file = reader.load(log)
     # With a mapping file, what begins as JSON may be a log of JSON lines.

@@ -18,6 +18,7 @@ from cdprcal.command import (
     interruptible,
     keep_apart,
     keep_existing,
+    load_robot,
     print_json,
     reports_errors,
 )
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from cdprcal import _core
 
 EXAMPLE = "Example: cdprcal workspace irma4 -o mesh.ply --plot workspace.png"
-_MESHES = (".ply", ".stl")
 
 
 @reports_errors
@@ -122,20 +122,15 @@ def command(
     from cdprcal import _core
     from cdprcal.cli.progress import progress_bar
     from cdprcal.io.files import atomic_output
-    from cdprcal.pictures import check_picture_name
     from cdprcal.terminal import notes, say
     from cdprcal.workspace import round_step_m, workspace_as_dict
     from cdprcal.workspace.table import print_workspace
 
     keep_apart({"-o": output, "--plot": plot}, {"robot file": robot})
-    the_robot = _core.load_robot(robot)
+    the_robot = load_robot(robot)
     the_box = parse_box("--box", box) or _core.workspace_box(the_robot)
     seeds = [parse_position("--from", text) for text in seed or []]
     probes = [parse_position("--probe", text) for text in probe or []]
-    if output and Path(output).suffix.lower() not in _MESHES:
-        fail(f"{output}: a mesh's name must end in .ply or .stl")
-    if plot:
-        check_picture_name(Path(plot))
     keep_existing({"mesh": output, "picture": plot}, force=force)
     the_distribution = _core.parse_tension_distribution(distribution)
     lambda_N = parse_lambda(the_distribution, lambda_)

@@ -134,12 +134,15 @@ def _moved_line(row: dict[str, Any], logs: list[str]) -> str:
 
 
 def draw_comparison(document: dict[str, Any]) -> Figure:
-    """Each parameter's numbers log by log with their σ; each that moved in a colour of its own."""
+    """Each parameter's numbers log by log with their σ; each that moved in a colour of its own.
+
+    document: with one number at least.
+    """
     panels: dict[tuple[str, str], list[dict[str, Any]]] = {}
     for row in document["numbers"]:
         panels.setdefault((row["effect"], row["parameter"]), []).append(row)
     logs = document["logs"]
-    figure = new_figure(1.6 + 0.9 * max(3, len(logs)), 0.6 + 1.9 * max(1, len(panels)))
+    figure = new_figure(1.6 + 0.9 * max(3, len(logs)), 0.6 + 1.9 * len(panels))
     for place, ((effect, parameter), rows) in enumerate(panels.items()):
         axes = figure.add_subplot(len(panels), 1, place + 1)
         largest = max(rows, key=lambda row: max((abs(v) for v in row["values"] if v), default=0.0))
@@ -166,8 +169,4 @@ def draw_comparison(document: dict[str, Any]) -> Figure:
         if not all(row["moved"] for row in rows):
             axes.plot([], [], "o-", color=OTHER, markersize=4, linewidth=0.6, label="not moved")
         axes.legend(fontsize=7)
-    if not panels:
-        axes = figure.add_subplot()
-        axes.text(0.5, 0.5, document["reason"], ha="center", va="center")
-        axes.set_axis_off()
     return figure

@@ -28,16 +28,22 @@ def _by_channel(errors: list[_core.Wandering]) -> list[dict[str, Any]]:
 
 
 def diagnosis_as_dict(
-    diagnosis: _core.Diagnosis, robot: _core.Robot, caveats: Iterable[Finding] = ()
+    diagnosis: _core.Diagnosis,
+    robot: _core.Robot,
+    caveats: Iterable[Finding] = (),
+    *,
+    logs: Iterable[_core.Log] = (),
 ) -> dict[str, Any]:
     """A diagnosis of ``robot`` as plain data: NaN and absent become None.
 
     ``caveats``: what is to be known of the logs; those of the diagnosis itself come after.
+    ``logs``: those that were diagnosed. Of lists of rests alone nobody knows the ripple.
 
     Discrete faults come first among the effects: they were found first, and without statistics.
     An effect that differs from run to run has, for several logs, one entry a log in each parameter.
     """
     convention = diagnosis.corrected.euler_convention
+    ripple = _ripple(diagnosis)
     runs = len(diagnosis.model.run_names)
     return {
         "verdict": diagnosis.verdict.name,
@@ -101,7 +107,7 @@ def diagnosis_as_dict(
         "ranking": [
             {"name": s.name, "log_evidence": number(s.log_evidence)} for s in diagnosis.ranking
         ],
-        "ripple": _ripple(diagnosis),
+        "ripple": dict.fromkeys(ripple) if _only_lists(logs) else ripple,
         "residuals": {
             "before": _residuals(diagnosis.baseline),
             "after": _residuals(diagnosis.model),
@@ -111,6 +117,12 @@ def diagnosis_as_dict(
         "left_out": list(diagnosis.gated),
         "next": list(diagnosis.next),
     }
+
+
+def _only_lists(logs: Iterable[_core.Log]) -> bool:
+    """Whether there are logs, each with one reading a rest, which says nothing of its ripple."""
+    lists = [_core.is_rest_list(log) for log in logs]
+    return bool(lists) and all(lists)
 
 
 def _ripple(diagnosis: _core.Diagnosis) -> dict[str, float | None]:

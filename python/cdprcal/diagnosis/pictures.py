@@ -85,8 +85,9 @@ def draw_residuals(document: Document) -> Figure:
         if panel.row == rows - 1:
             axes.set_xlabel("time in the run [s]", fontsize=8)
         axes.tick_params(labelsize=7)
-        if panel is panels[0]:
-            axes.legend(fontsize=7, loc="best")
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    # Below all panels: within one it would lie on readings.
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=7)
     figure.suptitle("what the model leaves of each reading (modelled minus measured)", fontsize=10)
     return figure
 
@@ -120,7 +121,7 @@ def draw_gap(document: Document) -> Figure:
 
 
 def draw_formulas(document: Document) -> Figure:
-    """Each formula against the first of its variables, with what the readings say of it."""
+    """Each formula (dots) against the first of its variables, with what was read (rings)."""
     effects = [effect for effect in document["effects"] if effect["course"]]
     figure = new_figure(7.0, 2.7 * len(effects) + 0.3)
     for place, effect in enumerate(effects):
@@ -131,14 +132,15 @@ def draw_formulas(document: Document) -> Figure:
         variable, x_unit, x_factor = shown_word(course["variable"], [p["x"] for p in points])
         for cable in dict.fromkeys(point["cable"] for point in points):
             of = [p for p in points if p["cable"] == cable and p["x"] is not None]
-            of.sort(key=lambda point: point["x"])
             x = x_factor * np.array([p["x"] for p in of])
             colour = f"C{(cable or 1) - 1}"
             read = factor * np.array([p["read"] for p in of], dtype=float)
             added = factor * np.array([p["added"] for p in of], dtype=float)
             label = f"cable {cable}" if cable else "read"
             axes.plot(x, read, "o", color=colour, markersize=4, fillstyle="none", label=label)
-            axes.plot(x, added, ".-", color=colour, linewidth=0.9, markersize=2)
+            # The law is known at these poses alone: between them it may swing.
+            axes.plot(x, added, ".", color=colour, markersize=3)
+        axes.plot([], [], ".", color="black", markersize=3, label="by the formula")
         axes.axhline(0.0, color="black", linewidth=0.5)
         axes.set_title(
             f"{course['to']} += {effect['formula'][course['to']]}", fontsize=8, wrap=True

@@ -142,13 +142,14 @@ def unique(pairs: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
 
 
 def _effects_table(effects: list[dict[str, Any]]) -> Table:
-    headers = ("step", "effect", "of", "value", "± σ", "", "evidence [nat]", "p", "rivals")
+    rivals = ["rivals"] if any(effect["rivals"] for effect in effects) else []
+    headers = ("step", "effect", "of", "value", "± σ", "", "evidence [nat]", "p", *rivals)
     table = Table(*headers, text={1, 2, 5, 8}, keys=3)
     for step, effect in enumerate(effects, 1):
         statistics = [
             fixed(effect["log_evidence"], 1),
             "–" if effect["p_value"] is None else f"{effect['p_value']:.3f}",
-            ", ".join(effect["rivals"]),
+            *([", ".join(effect["rivals"])] if rivals else []),
         ]
         for row, (where, value, deviation, unit) in enumerate(value_rows(effect)):
             first = row == 0
@@ -159,7 +160,7 @@ def _effects_table(effects: list[dict[str, Any]]) -> Table:
                 value,
                 deviation,
                 unit,
-                *(statistics if first else ["", "", ""]),
+                *(statistics if first else [""] * len(statistics)),
             )
     return table
 

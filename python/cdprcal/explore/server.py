@@ -51,8 +51,8 @@ class ExploreServer(LocalServer):
     def _fit(self, asked: Any) -> dict[str, Any]:
         self._asked += 1
         choice, diagnosis = self._fitted(asked)
-        robot = self._exploration.robot
-        page = shown(diagnosis, robot, self._names, choice.effects is None)
+        robot, logs = self._exploration.robot, self._exploration.logs
+        page = shown(diagnosis, robot, self._names, choice.effects is None, logs)
         return {**page, "robot": robot.name, "output": str(self._output or "")}
 
     def _save(self, asked: Any) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from cdprcal import _core
-from cdprcal._core import Diagnosis, Robot
+from cdprcal._core import Diagnosis, Log, Robot
 from cdprcal.diagnosis import diagnosis_as_dict
 from cdprcal.diagnosis.plots import AFTER, OTHER, Fit, Panel, gap_panels, residual_panels
 from cdprcal.diagnosis.table import headline, pose_rows, unexplained_line, value_rows
@@ -16,13 +16,14 @@ from cdprcal.terminal import fixed
 
 
 def shown(
-    diagnosis: Diagnosis, robot: Robot, logs: Sequence[str], searched: bool
+    diagnosis: Diagnosis, robot: Robot, logs: Sequence[str], searched: bool, of: Sequence[Log]
 ) -> dict[str, Any]:
     """Effects, residuals by channel, their rms, the initial pose: as given and as fitted.
 
-    ``logs``: their names. ``searched``: the effects are those that the diagnosis found.
+    ``logs``: the names of those that it is ``of``. ``searched``: the effects are those that the
+    diagnosis found.
     """
-    document = diagnosis_as_dict(diagnosis, robot)
+    document = diagnosis_as_dict(diagnosis, robot, logs=of)
     found = [effect for effect in document["effects"] if effect["p_value"] is not None]
     faults = [effect for effect in document["effects"] if effect["p_value"] is None]
     return {

@@ -14,6 +14,20 @@ Output = Literal[
     "mesh", "settings",
 ]  # fmt: skip
 
+#: What is written → the endings that its name may have. A log's say how it is written
+#: (io.log_file), settings have one name.
+ENDINGS: dict[Output, tuple[str, ...]] = {
+    "mapping file": (".yaml", ".yml"),
+    "robot file": (".yaml", ".yml"),
+    "result": (".json",),
+    "truth": (".json",),
+    "plan": (".csv",),
+    "track": (".csv",),
+    "page": (".html", ".htm"),
+    "picture": (".png", ".pdf", ".svg"),
+    "mesh": (".ply", ".stl"),
+}
+
 #: What is written → how an earlier one begins, which may be replaced. Mapping files are edited by
 #: hand, and a log looks like any other: none of them is.
 _EARLIER: dict[Output, tuple[bytes, ...]] = {
@@ -54,6 +68,16 @@ _MADE_HERE = tuple(
 _NEAR_BYTES = 16384
 
 
+def check_ending(path: Path, *kinds: Output) -> None:
+    """Raises InputError unless a name's ending is one of these kinds; a device or pipe has none."""
+    endings = {kind: ENDINGS[kind] for kind in kinds if kind in ENDINGS}
+    known = not endings or any(path.suffix.lower() in one for one in endings.values())
+    if known or _is_device(path):
+        return
+    names = "; ".join(f"a {kind} a name in {' or '.join(one)}" for kind, one in endings.items())
+    raise InputError(f"{shown_path(path)}: its ending does not say what it is; give {names}")
+
+
 def signed(text: str) -> str:
     """A robot file or plan as it is written: its first line tells whether anybody has edited it
     since."""
@@ -87,6 +111,13 @@ def refuse_to_replace(path: Path, kind: Output) -> None:
     raise InputError(
         f"{shown_path(path)}: exists already{other}; give another name, or --force to replace it"
     )
+
+
+def _is_device(path: Path) -> bool:
+    try:
+        return path.exists() and not path.is_file() and not path.is_dir()
+    except (OSError, ValueError):  # what is no name at all is refused where it is opened
+        return True
 
 
 def _digest(text: bytes) -> str:

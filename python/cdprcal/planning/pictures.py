@@ -139,8 +139,9 @@ def _draw_view(
 
 
 def _number_stops(axes: Axes, stops: list[tuple[Array, bool, str]], plane: tuple[int, int]) -> None:
-    """Visit numbers; places behind one another in this view share a label."""
+    """Visit numbers; places behind one another in this view share a label, on the outer side."""
     i, j = plane
+    middle = np.mean([position for position, *_ in stops], axis=0)
     shared: dict[tuple[float, float], list[str]] = {}
     for position, _, numbers in stops:
         shared.setdefault((round(position[i], 2), round(position[j], 2)), []).append(numbers)
@@ -149,7 +150,18 @@ def _number_stops(axes: Axes, stops: list[tuple[Array, bool, str]], plane: tuple
     for at, visits in shared.items():
         text = " · ".join(visits)
         if len(text) <= 24:
-            axes.annotate(text, at, textcoords="offset points", xytext=(5, 5), fontsize=7)
+            right, up = at[0] >= middle[i], at[1] >= middle[j]
+            axes.annotate(
+                text,
+                at,
+                textcoords="offset points",
+                xytext=(5 if right else -5, 5 if up else -5),
+                ha="left" if right else "right",
+                va="bottom" if up else "top",
+                fontsize=7,
+                # Ways and stops under it would be read as part of it.
+                bbox={"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 0.6},
+            )
 
 
 def _draw_tensions(axes: Axes, robot: _core.Robot, plan: _core.Plan) -> None:

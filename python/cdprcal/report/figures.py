@@ -273,6 +273,9 @@ def residuals(subject: Subject) -> Figure | None:
     rows = 1 + max(panel.row for panel in panels)
     limit = [1.15 * max(p.largest for p in panels if p.row == row) or 1e-9 for row in range(rows)]
     height, width = 1.0 / rows, 1.0 / (1 + max(panel.column for panel in panels))
+    figure_layout = layout(60 + 175 * rows)
+    margin = figure_layout["margin"]
+    pixel = 1.0 / (figure_layout["height"] - margin["t"] - margin["b"])
     data: list[dict[str, Any]] = []
     axes: dict[str, Any] = {}
     notes: list[dict[str, Any]] = []
@@ -305,7 +308,7 @@ def residuals(subject: Subject) -> Figure | None:
         )
         axes[f"yaxis{suffix}"] = axis(
             "" if panel.column else panel.quantity,
-            domain=[top - height + 0.05, top - 0.035],
+            domain=[top - height + 26 * pixel, top - 22 * pixel],  # room for ticks and title
             anchor=x_key,
             range=[-limit[panel.row], limit[panel.row]],
             showticklabels=panel.column == 0,
@@ -317,8 +320,7 @@ def residuals(subject: Subject) -> Figure | None:
             band = {"type": "rect", "fillcolor": "#e4eaf1", "line": {"width": 0}, "layer": "below"}
             shapes.append(band | _across(suffix, -panel.ripple, panel.ripple))
         notes.append(_title(suffix, panel.title, 11, MUTED, x=0.5))
-    figure_layout = layout(60 + 175 * rows, annotations=notes, shapes=shapes, **axes)
-    figure_layout["legend"]["y"] = 1.01
+    figure_layout |= {"annotations": notes, "shapes": shapes, **axes}
     return {"data": data, "layout": figure_layout}
 
 
@@ -363,21 +365,20 @@ def course(effect: dict[str, Any]) -> Figure:
     data: list[dict[str, Any]] = []
     for cable in dict.fromkeys(point["cable"] for point in points):
         of = [p for p in points if p["cable"] == cable and p["x"] is not None]
-        of.sort(key=lambda point: point["x"])
         label = f"cable {cable}" if cable else to
-        line = {"color": CABLES[((cable or 1) - 1) % 8], "width": 1.2}
-        for key, mode in (("read", "markers"), ("added", "lines")):
+        colour = CABLES[((cable or 1) - 1) % 8]
+        # The law is known at these poses alone: between them it may swing.
+        for key, symbol, size in (("read", "circle-open", 7), ("added", "circle", 3)):
             data.append(
                 {
                     "type": "scatter",
                     "x": rounded([x_factor * p["x"] for p in of], 4),
                     "y": rounded([None if p[key] is None else factor * p[key] for p in of], 4),
-                    "mode": mode,
+                    "mode": "markers",
                     "name": label,
                     "legendgroup": label,
                     "showlegend": key == "read",
-                    "line": line,
-                    "marker": {"color": line["color"], "symbol": "circle-open", "size": 7},
+                    "marker": {"color": colour, "symbol": symbol, "size": size},
                     "hovertemplate": f"{label}: %{{y:.3g}} {unit} at %{{x:.3g}} {x_unit}"
                     "<extra></extra>",
                 }

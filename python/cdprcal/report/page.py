@@ -129,14 +129,19 @@ def _figures(subject: Subject) -> tuple[dict[str, Any], dict[str, str]]:
         if run.best["poses"]:
             found[f"scene-{number}"] = scene(subject.corrected, run.best, mesh)
         found[f"time-{number}"] = figures.timelines(subject.robot, run)
+        about[f"time-{number}"] = about_time(run)
         if any(told["effects"] for told in run.told):
             found[f"told-{number}"] = figures.evidence(run.told)
     drawn = figures.residuals(subject)
     if drawn:
         found["residuals"] = drawn
+        about["residuals"] = about_residuals(
+            subject.diagnosis, band=bool(drawn["layout"]["shapes"])
+        )
     if subject.diagnosis is not None:
         if subject.diagnosis["gap"]:
-            found["staircase"] = figures.staircase(subject.diagnosis)
+            drawn = found["staircase"] = figures.staircase(subject.diagnosis)
+            about["staircase"] = about_staircase(ripple=bool(drawn["layout"]["shapes"]))
         for number, effect in enumerate(subject.diagnosis["effects"], 1):
             if effect["course"]:
                 found[f"course-{number}"] = figures.course(effect)
@@ -146,6 +151,45 @@ def _figures(subject: Subject) -> tuple[dict[str, Any], dict[str, str]]:
             hatched = any(bar["marker"]["pattern"] for bar in drawn["data"])
             about["ranking"] = about_ranking(hatched=hatched)
     return found, about
+
+
+def about_time(run: Run) -> str:
+    """What the timelines' caption says, of what is drawn."""
+    document = run.best
+    shaded = sum(rest["end_s"] > rest["begin_s"] for rest in document["equilibria"])
+    kinds = {pose["kind"] for pose in document["poses"]}
+    parts = [
+        f"Shaded: the {shaded} intervals at rest that were found." if shaded else "",
+        "Dotted: tension set-points." if run.log.tension_setpoint_N.shape[1] else "",
+        "Full symbols: poses at rest; open ones: in motion." if len(kinds) > 1 else "",
+        "Drag along an axis to zoom, double-click to return.",
+        "Poses are those with what the diagnosis found." if document is run.corrected else "",
+    ]
+    return " ".join(filter(None, parts))
+
+
+def about_residuals(diagnosis: dict[str, Any] | None, *, band: bool) -> str:
+    """What the residuals' caption says; ``band``: the readings' own ripple is drawn."""
+    parts = [
+        "Modelled minus measured at each pose.",
+        "The model alone allows for nothing that it may lack."
+        if diagnosis and diagnosis["effects"]
+        else "",
+        "The band is ± 1 σ of the readings' own ripple; what lies outside is what the model lacks."
+        if band
+        else "",
+    ]
+    return " ".join(filter(None, parts))
+
+
+def about_staircase(*, ripple: bool) -> str:
+    """What the staircase's caption says; ``ripple``: that of the readings is drawn."""
+    dotted = " Dotted: the readings' own ripple, which no model can go below."
+    return (
+        "Root mean square of what the model alone leaves, before any effect, and what is left "
+        "after each. Solid, dots: on the poses that were fitted; dashed, diamonds: on poses held "
+        f"out.{dotted if ripple else ''}"
+    )
 
 
 def about_ranking(*, hatched: bool) -> str:
@@ -205,7 +249,6 @@ def _run(subject: Subject, number: int) -> dict[str, Any]:
         "findings": run.findings,
         "told": [(f"{told['time_s']:.1f}", in_words(told)) for told in run.told],
         "ellipsoid": _ellipsoid(subject.robot, best),
-        "equilibria": len(best["equilibria"]),
         "facts": _facts(document),
         "shown": min(MOST_SHOWN, 1 + sum(p["kind"] == "static" for p in best["poses"][1:])),
     }
@@ -338,10 +381,9 @@ def _gap(document: dict[str, Any]) -> dict[str, Any]:
         [step, *(" / ".join(_three(s.y[i]) for s in reversed(panel.series)) for panel in panels)]
         for i, step in enumerate(gap_steps(document))
     ]
-    return {
-        "heads": [panel.quantity for panel in panels],
-        "rows": [*rows, ["ripple of the readings, σ", *(_three(p.ripple) for p in panels)]],
-    }
+    if any(panel.ripple for panel in panels):
+        rows.append(["ripple of the readings, σ", *(_three(p.ripple) for p in panels)])
+    return {"heads": [panel.quantity for panel in panels], "rows": rows}
 
 
 def _three(value: float | None) -> str:

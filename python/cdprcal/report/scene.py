@@ -24,6 +24,8 @@ _ARC_POINTS, _CIRCLE_POINTS = 6, 19
 _CHI_SQUARE_95 = 7.814728
 #: Of the robot's own size: how large the uncertainty ellipsoid is drawn at least.
 _ELLIPSOID_SHARE = 0.06
+#: The box around the scene, of what is drawn in it, and its thinnest side of its longest.
+_ROOM, _THINNEST = 1.04, 0.1
 
 
 def scene(robot: _core.Robot, document: dict[str, Any], workspace: _core.Mesh | None) -> Figure:
@@ -45,14 +47,7 @@ def scene(robot: _core.Robot, document: dict[str, Any], workspace: _core.Mesh | 
     data += _ellipsoid(robot, document)
     figure_layout = layout(
         620,
-        scene={
-            "aspectmode": "data",
-            "camera": {
-                "eye": {"x": 1.0, "y": -1.3, "z": 0.5},
-                "center": {"x": 0, "y": 0, "z": -0.1},
-            },
-            **{f"{a}axis": _scene_axis(a) for a in "xyz"},
-        },
+        scene=_box(data, moving),
         legend={"orientation": "h", "x": 0.5, "xanchor": "center", "y": 0, "yanchor": "top"},
     )
     figure_layout["margin"] = {"l": 0, "r": 0, "t": 0, "b": 0}
@@ -63,6 +58,35 @@ def scene(robot: _core.Robot, document: dict[str, Any], workspace: _core.Mesh | 
             "traces": list(range(first, last)),
             "poses": moving,
             "labels": [_label(i, document["poses"][i], robot) for i in shown],
+        },
+    }
+
+
+def _box(data: list[dict[str, Any]], moving: list[dict[str, Any]]) -> dict[str, Any]:
+    """Axes to one scale around all that is drawn at any pose, the longest side 1.
+
+    ``eye`` is a direction: report.js goes as far back as the page's shape asks for.
+    """
+    lines = [[trace[a] for a in "xyz"] for trace in data]
+    lines += [line for at in moving for line in (*at["cables"], at["pulleys"], at["edges"])]
+    sides = [np.concatenate([np.ravel(line[k]).astype(float) for line in lines]) for k in range(3)]
+    low, high = np.nanmin(sides, axis=1), np.nanmax(sides, axis=1)
+    longest = float((high - low).max()) or 1.0
+    # A side that is thin or nil still has room for its axis.
+    half = np.maximum(0.5 * _ROOM * (high - low), 0.5 * _THINNEST * longest)
+    middle = 0.5 * (low + high)
+    share = half / half.max()
+    return {
+        "aspectmode": "manual",
+        "aspectratio": dict(zip("xyz", rounded(share), strict=True)),
+        "camera": {"eye": {"x": 1.0, "y": -1.3, "z": 0.5}, "center": {"x": 0, "y": 0, "z": 0}},
+        **{
+            f"{a}axis": _scene_axis(a)
+            | {
+                "range": rounded([middle[k] - half[k], middle[k] + half[k]]),
+                "nticks": max(2, round(6 * share[k])),
+            }
+            for k, a in enumerate("xyz")
         },
     }
 
@@ -318,7 +342,6 @@ def _scene_axis(name: str) -> dict[str, Any]:
         "gridcolor": "#e3e7eb",
         "zerolinecolor": "#cfd6dd",
         "tickfont": {"size": 11, "color": MUTED},
-        "nticks": 6,
         "showspikes": False,
     }
 

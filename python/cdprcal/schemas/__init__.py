@@ -20,6 +20,7 @@ DOCUMENTS = (
     "diagnose",
     "diagnose-result",
     "effects",
+    "effects-words",
     "explain",
     "compare",
     "geometry",

@@ -1,6 +1,13 @@
 """The session file: which device is which cable, signs, scales, limits and rates of one robot."""
 
-from cdprcal.hardware.session.file import SCHEMA_FILE, load_session, parse_session, schema_text
+from cdprcal.hardware.session.file import (
+    SCHEMA_FILE,
+    example_text,
+    load_session,
+    load_topics,
+    parse_session,
+    schema_text,
+)
 from cdprcal.hardware.session.model import (
     Ahrs,
     CanopenBus,
@@ -11,6 +18,7 @@ from cdprcal.hardware.session.model import (
     Safety,
     Session,
     Swivel,
+    TopicMap,
     Torque,
     Winch,
 )
@@ -26,9 +34,12 @@ __all__ = [
     "Safety",
     "Session",
     "Swivel",
+    "TopicMap",
     "Torque",
     "Winch",
+    "example_text",
     "load_session",
+    "load_topics",
     "parse_session",
     "schema_text",
 ]

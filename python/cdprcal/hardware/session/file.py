@@ -6,17 +6,24 @@ import json
 from importlib import resources
 from pathlib import Path
 
-from cdprcal.hardware.session.model import Session
+from cdprcal.hardware.session.model import Session, TopicMap
 from cdprcal.strict_yaml import YamlKind
 
 #: The JSON schema of session files, for editors; beside this module in an installation.
 SCHEMA_FILE = "session.schema.json"
 _KIND = YamlKind(Session, "session file", "docs/hardware.md")
+_TOPICS = YamlKind(TopicMap, "session file", "docs/ros2.md", whole=Session)
 
 
 def load_session(path: str | Path) -> Session:
     """Reads a session file. Raises InputError 'file:line:column: …'."""
     return _KIND.load(path)
+
+
+def load_topics(path: str | Path) -> TopicMap:
+    """What bags need of a session file, which may have no more. Raises InputError as load_session
+    does, of a file with devices for these too."""
+    return _TOPICS.load(path)
 
 
 def parse_session(text: str, source: str) -> Session:
@@ -33,9 +40,24 @@ def schema_text() -> str:
     return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
 
 
+def example_text() -> str:
+    """A whole session: irma4 with simulated drives. Its first line names this schema's file."""
+    here = resources.files("cdprcal.hardware.session")
+    text = (here / "canopen-simulated.yaml").read_text("utf-8")
+    return text.replace(f"$schema={SCHEMA_FILE}", f"$schema={here / SCHEMA_FILE}", 1)
+
+
 def shipped_schema() -> str:
     """The schema file of this installation."""
     return (resources.files("cdprcal.hardware.session") / SCHEMA_FILE).read_text("utf-8")
 
 
-__all__ = ["SCHEMA_FILE", "load_session", "parse_session", "schema_text", "shipped_schema"]
+__all__ = [
+    "SCHEMA_FILE",
+    "example_text",
+    "load_session",
+    "load_topics",
+    "parse_session",
+    "schema_text",
+    "shipped_schema",
+]

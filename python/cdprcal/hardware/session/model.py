@@ -258,11 +258,17 @@ class Simulated(_Strict):
     )  # fmt: skip
 
 
-class Session(_Strict):
-    """The devices of one robot."""
+class TopicMap(_Strict):
+    """What bags need of a session: its robot and its topics."""
 
     format: Literal["cdprcal-session-1"]
     robot: str = Field(description="Name in the robot file; another robot is refused.")
+    ros2: Ros2 | None = None
+
+
+class Session(TopicMap):
+    """The devices of one robot."""
+
     rate_Hz: Annotated[float, Field(ge=50.0, le=1000.0)] = 100.0
     mode: Literal["velocity", "torque"] = Field(
         "velocity",
@@ -274,7 +280,6 @@ class Session(_Strict):
     safety: Safety
     winches: list[Winch] = Field(min_length=1, max_length=8)
     ahrs: Ahrs | None = None
-    ros2: Ros2 | None = None
     simulated: Simulated | None = None
 
     @property

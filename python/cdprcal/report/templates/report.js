@@ -58,7 +58,29 @@
   async function draw(id) {
     const { data, layout } = copy({ data: figures[id].data, layout: figures[id].layout }, dark.matches ? night : null);
     if (figures[id].moving && narrow.matches) layout.height = 460;
-    await Plotly.react(document.getElementById(id), data, layout, config);
+    const place = document.getElementById(id);
+    await Plotly.react(place, data, layout, config);
+    if (figures[id].moving) await Plotly.relayout(place, { "scene.camera": fitted(id, layout.scene.camera.eye) });
+  }
+
+  // The camera in a direction, as far away as shows the whole box: plotly sees 45° from top to bottom.
+  function fitted(id, eye) {
+    const { camera, aspectratio } = figures[id].layout.scene;
+    const { w, h } = document.getElementById(id)._fullLayout._size;
+    const margin = 36; // [px], for the words beside the axes
+    const slope = { up: Math.tan(Math.PI / 8) * (1 - 2 * margin / h), side: Math.tan(Math.PI / 8) * (w - 2 * margin) / h };
+    const length = Math.hypot(eye.x, eye.y, eye.z), flat = Math.hypot(eye.x, eye.y);
+    const back = [eye.x, eye.y, eye.z].map((v) => v / length);
+    const side = [-eye.y / flat, eye.x / flat, 0];
+    const up = [-back[2] * side[1], back[2] * side[0], back[0] * side[1] - back[1] * side[0]];
+    const along = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let distance = 0;
+    for (let corner = 0; corner < 8; ++corner) {
+      const point = ["x", "y", "z"].map((a, k) => (corner >> k & 1 ? 0.5 : -0.5) * aspectratio[a]);
+      const across = Math.max(Math.abs(along(point, up)) / slope.up, Math.abs(along(point, side)) / slope.side);
+      distance = Math.max(distance, along(point, back) + across);
+    }
+    return { ...camera, eye: { x: distance * back[0], y: distance * back[1], z: distance * back[2] } };
   }
 
   const canTurn = (() => {
@@ -101,15 +123,14 @@
   }
 
   function turn(id, view) {
-    const home = figures[id].layout.scene.camera;
     const now = document.getElementById(id)._fullLayout.scene.camera;
     const { x, y, z } = now.eye;
     const zoom = (factor) => ({ ...now, eye: { x: factor * x, y: factor * y, z: factor * z } });
     const spin = (angle) => ({ ...now, eye: { x: x * Math.cos(angle) - y * Math.sin(angle), y: x * Math.sin(angle) + y * Math.cos(angle), z } });
     const cameras = {
-      home: () => home,
-      top: () => ({ ...home, eye: { x: 0, y: -0.01, z: 2 } }),
-      front: () => ({ ...home, eye: { x: 0, y: -2, z: 0 } }),
+      home: () => fitted(id, figures[id].layout.scene.camera.eye),
+      top: () => fitted(id, { x: 0, y: -0.01, z: 2 }),
+      front: () => fitted(id, { x: 0, y: -2, z: 0 }),
       left: () => spin(-Math.PI / 12),
       right: () => spin(Math.PI / 12),
       in: () => zoom(1 / 1.2),
