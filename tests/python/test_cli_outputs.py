@@ -363,7 +363,7 @@ def test_minus_o_writes_what_the_name_says(cli: Cli, log_path: Path, tmp_path: P
     assert "corrected.yaml: calibrate corrects no robot file; give a name in .json" in none.stderr
 
 
-@pytest.mark.parametrize("name", ["out", "out.txt", "out.md"])
+@pytest.mark.parametrize("name", ["out.txt", "out.md"])
 @pytest.mark.parametrize(
     ("command", "option", "kinds"),
     [
@@ -394,9 +394,10 @@ def test_a_name_that_does_not_say_what_is_in_it_is_refused(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     words = [log_path if word == "LOG" else word for word in command]
-    ran = cli(*words, option, name)
-    assert ran.code == 2, ran
-    assert f"{name}: its ending does not say what it is; give a {kinds}" in ran.stderr
+    for given in (name, "out") if kinds.startswith(("page", "picture", "mesh")) else (name,):
+        ran = cli(*words, option, given)
+        assert ran.code == 2, ran
+        assert f"{given}: its ending does not say what it is; give a {kinds}" in ran.stderr
     assert not Path(name).exists()
 
 

@@ -68,11 +68,18 @@ _MADE_HERE = tuple(
 _NEAR_BYTES = 16384
 
 
+#: What is opened by other programs, which go by its name's ending: it must have one.
+_FOR_OTHERS: frozenset[Output] = frozenset({"page", "picture", "mesh"})
+
+
 def check_ending(path: Path, *kinds: Output) -> None:
-    """Raises InputError unless a name's ending is one of these kinds; a device or pipe has none."""
+    """Raises InputError where a name's ending is that of none of these kinds.
+
+    A device or pipe has none, nor need a name have one where only one form is written.
+    """
     endings = {kind: ENDINGS[kind] for kind in kinds if kind in ENDINGS}
     known = not endings or any(path.suffix.lower() in one for one in endings.values())
-    if known or _is_device(path):
+    if known or _is_device(path) or (not path.suffix and not _FOR_OTHERS.intersection(kinds)):
         return
     names = "; ".join(f"a {kind} a name in {' or '.join(one)}" for kind, one in endings.items())
     raise InputError(f"{shown_path(path)}: its ending does not say what it is; give {names}")

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+
 #include "../support/numeric_jacobian.hpp"
 #include "../support/random_robot.hpp"
 #include "../support/table2.hpp"
