@@ -257,7 +257,7 @@ def test_a_full_disk_stops_the_robot(
     assert_safe(backend)
     log = load_log(path).log
     assert run.samples - len(log) <= 10
-    assert run.end_s - log.time_s[-1] < 0.5 + SWING_S
+    assert run.end_s - log.time_s[-1] < 2.0
 
 
 def test_whatever_is_raised_on_the_way_the_winches_are_locked_and_the_log_closed(

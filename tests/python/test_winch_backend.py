@@ -792,21 +792,28 @@ def test_what_a_winch_was_told_is_what_it_is_compared_with(robot: cdprcal.Robot)
 
 
 @pytest.mark.parametrize(
-    ("locked", "state", "mode"),
+    ("locked", "state", "by_tension", "mode"),
     [
-        (False, StartUpState.moving, cia402.CST),
-        (True, StartUpState.moving, cia402.CSV),
-        (False, StartUpState.holding, cia402.CSV),
-        (False, StartUpState.done, cia402.CSV),
+        (False, StartUpState.moving, True, cia402.CST),
+        (True, StartUpState.moving, True, cia402.CSV),
+        (False, StartUpState.holding, True, cia402.CST),
+        (False, StartUpState.holding, False, cia402.CSV),
+        (False, StartUpState.done, False, cia402.CSV),
     ],
 )
-def test_torques_pull_while_the_procedure_goes_on(
-    locked: bool, state: StartUpState, mode: int, robot: cdprcal.Robot
+def test_torques_pull_while_tensions_lead(
+    locked: bool, state: StartUpState, by_tension: bool, mode: int, robot: cdprcal.Robot
 ) -> None:
     for session, wanted in ((torque_session(**AT_ONCE), mode), (at_once(), cia402.CSV)):
         on = OnBench(session, robot)
         on.read()
-        on.command(Command(locked=locked, state=state, tension_setpoint_N=four(102.0)))
+        told = Command(
+            locked=locked,
+            state=state,
+            tension_setpoint_N=four(102.0),
+            by_tension=[by_tension] * 4,
+        )
+        on.command(told)
         assert sent(on)[0] == wanted
         assert sent(on)[2] == (-212 if wanted == cia402.CST else -208)
         assert on.read(30).drive_error == ""  # the new mode is what was wanted

@@ -145,6 +145,7 @@ class Command:
     state: cdprcal.StartUpState = cdprcal.StartUpState.moving
     velocity_m_s: NDArray[np.float64] = field(default_factory=lambda: four(0.0))
     tension_setpoint_N: NDArray[np.float64] = field(default_factory=lambda: four(100.0))
+    by_tension: list[bool] = field(default_factory=lambda: [True] * 4)
 
 
 class OnBench:

@@ -183,12 +183,13 @@ const StartUpCommand& StartUp::step(const RobotSample& sample) {
     const std::string& fault = watchdog_.check(
         sample, controlling ? watched_setpoint_N() : CableVector(), command_.velocity_m_s);
     if (std::isfinite(sample.time_s)) now_s_ = sample.time_s;
-    if (!fault.empty()) {
-      hold(fault);
-    }
+    if (!fault.empty()) hold(fault);
   } else if (std::isfinite(sample.time_s)) {
     now_s_ = std::max(now_s_, sample.time_s);
   }
+
+  // What this computer stops for may be where the platform goes: it shall go no further.
+  if (!sample.host_error.empty()) calm_s_ = std::min(calm_s_, 0.0);
 
   const bool usable = watchdog_.usable(sample);
   if (command_.state != holding && command_.state != done && usable) {

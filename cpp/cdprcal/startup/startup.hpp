@@ -12,11 +12,12 @@
 //
 // Safe hold: the winches come to a stop and stay locked. A platform that hangs on locked cables is
 // where gravity wants it whatever the sensors say; tension control would let it run away with the
-// first load cell that lies. With winches or load cells in doubt they stop within 0.2 s, on along
-// their way: cables that stop each for itself would fall slack, and others catch the platform. With
-// a stop on purpose (operator, end) or for another reason the tensions count until all stand still:
-// their set-points, or where lengths lead these, come to rest within 0.2 s, and where tensions lead
-// the platform has one swing, and 5 s at most, to do so too.
+// first load cell that lies. With winches or load cells in doubt, and where this computer stops the
+// run (the platform goes where it must not), they stop within 0.2 s, on along their way: cables
+// that stop each for itself would fall slack, and others catch the platform. With a stop on purpose
+// (operator, end) or for another reason the tensions count until all stand still: their set-points,
+// or where lengths lead these, come to rest within 0.2 s, and where tensions lead the platform has
+// one swing, and 5 s at most, to do so too.
 #pragma once
 
 #include <optional>
