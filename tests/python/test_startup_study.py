@@ -12,6 +12,7 @@ import cdprcal
 from cdprcal.io import load_run
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
+import interrupted
 import startup
 
 
@@ -68,3 +69,18 @@ def test_every_plateau_of_the_long_measured_run_is_found(
     assert len(plateaus) == 26
     for begin_s, end_s in plateaus:
         assert any(e.begin_s < end_s and e.end_s > begin_s for e in found), begin_s
+
+
+def test_nothing_is_caught_by_cables_when_a_run_is_stopped_in_mid_motion(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert interrupted.main(["--robot", "irma4", "--robot", "ring5", "--moments", "2"]) == 0
+    assert capsys.readouterr().out.count("operator") == 2
+    robot = cdprcal.load_robot("irma4")
+    plan = cdprcal.make_plan(robot).plan
+    soft, quick = (
+        interrupted.interrupted(robot, plan, 0.5, seed=1, trusted=trusted)
+        for trusted in (True, False)
+    )
+    assert soft.after_N[0] > 0.5 * robot.tension_limits_N[0]
+    assert quick.took_s <= 0.2 < soft.took_s
