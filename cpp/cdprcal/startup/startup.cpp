@@ -192,6 +192,7 @@ const StartUpCommand& StartUp::step(const RobotSample& sample) {
   if (!sample.host_error.empty()) calm_s_ = std::min(calm_s_, 0.0);
 
   const bool usable = watchdog_.usable(sample);
+  if (usable) usable_s_ = now_s_;
   if (command_.state != holding && command_.state != done && usable) {
     rest_.push(sample);
     last_tension_N_ = sample.tension_N;
@@ -227,7 +228,9 @@ const StartUpCommand& StartUp::step(const RobotSample& sample) {
 }
 
 void StartUp::stop(const RobotSample& sample, bool usable, double dt_s) {
-  const bool trusted = usable && !watchdog_.doubts_winches();
+  // A missing reading for a few samples is no fault here either.
+  const bool trusted =
+      !watchdog_.doubts_winches() && now_s_ - usable_s_ <= options_.watchdog.stale_s;
   const auto trust_no_load_cell = [&] {
     std::fill(command_.by_tension.begin(), command_.by_tension.end(), false);
   };
@@ -236,7 +239,7 @@ void StartUp::stop(const RobotSample& sample, bool usable, double dt_s) {
     command_.velocity_m_s.setZero();
   } else if (lengths_) {
     CableVector error_N = CableVector::Zero(robot_.cable_count());
-    if (trusted) error_N = command_.tension_setpoint_N - sample.tension_N;
+    if (trusted && usable) error_N = command_.tension_setpoint_N - sample.tension_N;
     command_.velocity_m_s = lengths_->stop(error_N, dt_s);
   } else if (trusted && now_s_ - entered_s_ < calm_s_) {
     calm(sample, dt_s);
