@@ -508,20 +508,16 @@ std::vector<Refit> Search::jumps(const EvidenceAgainst& against, const Candidate
   DiagnosisModel quiet = model_;
   quiet.noise = quiet.floor;
   std::vector<CandidateScore> sharp = best_steps(quiet, steps);
-  std::erase_if(sharp, [&](const CandidateScore& s) {
-    return !(s.log_evidence - cost_of(*s.effect, steps.size()) > options_.least_evidence);
-  });
-  if (sharp.empty()) return {};
   std::ranges::stable_sort(sharp, std::ranges::greater(), &CandidateScore::log_evidence);
-  sharp.resize(std::min<std::size_t>(sharp.size(), kFewRefits));
+  const auto is_likely = [&](const CandidateScore& s) {
+    return s.log_evidence - cost_of(*s.effect, steps.size()) > options_.least_evidence;
+  };
+  std::vector<Refit> out = against.refits(sharp, kFewRefits, is_likely, quiet);
+  if (out.empty()) return out;
   // What no step is needed for speaks for none.
-  DiagnosisModel without = quiet;
-  const double by_itself = fit_with_noise(without) ? std::max(0.0, against.of(without)) : 0.0;
-  std::vector<Refit> out;
-  for (const CandidateScore& score : sharp) {
-    out.push_back(against.refit(quiet, {score.effect, score.values}));
-    out.back().score = score;
-    out.back().log_evidence -= by_itself;
+  if (fit_with_noise(quiet)) {
+    const double by_itself = std::max(0.0, against.of(quiet));
+    for (Refit& refit : out) refit.log_evidence -= by_itself;
   }
   return out;
 }

@@ -254,19 +254,18 @@ class SensorErrors final : public Effect {
     if (!only_ || model.runs.size() != 1) return std::nullopt;
     const DiagnosisRun& run = model.runs.front();
     MeanSquare all;
-    double largest = 0.0, at_s = kNaN, count = 0.0;
+    double largest = 0.0, at_s = kNaN;
     for (std::size_t i = 0; i < run.measurements.size(); ++i) {
       const Measurement& m = run.measurements[i];
       if (is_moving(m)) continue;
       const double error = by_component(n, m, run.poses[i], term.values)[place_of(*only_, n)];
       all.add(error);
-      count += 1.0;
       if (std::abs(error) > largest) largest = std::abs(error), at_s = m.run_time_s;
     }
     constexpr double kByChance = 0.99;
-    const double others = count * std::pow(all.rms(), 2) - largest * largest;
-    const double most = like * like * chi_square_quantile(kByChance, std::max(1.0, count - 1.0));
-    if (!(largest > 0.0) || others > most) return std::nullopt;
+    const double others = std::max(1.0, all.count - 1.0);
+    const double most = like * like * chi_square_quantile(kByChance, others);
+    if (!(largest > 0.0) || all.sum - largest * largest > most) return std::nullopt;
     return at_s;
   }
 

@@ -43,10 +43,18 @@ class EvidenceAgainst {
   template <class Take>
   [[nodiscard]] std::vector<Refit> refits(const std::vector<CandidateScore>& scores, int most,
                                           Take take) const {
+    return refits(scores, most, take, model_);
+  }
+  /// The same, each started at the model `start`.
+  template <class Take>
+  [[nodiscard]] std::vector<Refit> refits(const std::vector<CandidateScore>& scores, int most,
+                                          Take take, const DiagnosisModel& start) const {
     std::vector<Refit> out;
     for (const CandidateScore& score : scores) {
       if (static_cast<int>(out.size()) >= most) break;
-      if (take(score)) out.push_back(refit(score));
+      if (!take(score)) continue;
+      out.push_back(refit(start, {score.effect, score.values}));
+      out.back().score = score;
     }
     sort(out);
     return out;

@@ -467,9 +467,11 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   // balance from moment to moment, with accelerations that are known for no more than they are.
   std::optional<InMotion> found;
   std::vector<Push> pushed;
+  InMotionOptions silent = options;  // of several fits only the last is explained
+  silent.calibrate.solve.explain = false;
   MovingRun moving{
-      options, run,   path_state(robot, run.log), known_effects(robot, log, options.calibrate),
-      true,    pushed};
+      silent, run,   path_state(robot, run.log), known_effects(robot, log, options.calibrate),
+      true,   pushed};
   for (const bool by_stretch : {true, false}) {
     moving.by_stretch = by_stretch;
     found = rests_and_motion(plain, log, moving);
@@ -518,7 +520,6 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
   }
   found->swings = swings(found->calibration, run, smoothed(found->calibration, run));
   if (options.calibrate.solve.explain) {
-    result.least_observed.clear();  // of the fit, before what else may be wrong
     explain(found->calibration.problem, result);
   }
   return *std::move(found);

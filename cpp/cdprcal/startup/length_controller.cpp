@@ -59,19 +59,17 @@ CableVector LengthController::tension_feedback_m_s(const PlatformState& state,
 const CableVector& LengthController::step(const HeldMotion& motion, double s, double s_by_time_1_s,
                                           const CableVector& error_N, double dt_s) {
   motion_ = motion;
-  s_ = s;
-  s_by_time_1_s_ = s_by_time_1_s;
-  slows_by_1_s2_ = s_by_time_1_s / kFullSpeed_s;
+  place_.reset(s, s_by_time_1_s);
   return follow(error_N, dt_s);
 }
 
 const CableVector& LengthController::follow(const CableVector& error_N, double dt_s) {
   travelled_m_ += dt_s * ramp_.commanded_m_s();
-  const HeldPoint at = held_point(robot_, motion_, s_);
+  const HeldPoint at = held_point(robot_, motion_, place_.s());
   if (!at.state.valid) {
     return ramp_.command_together(CableVector::Zero(robot_.cable_count()), dt_s);
   }
-  CableVector wanted_m_s = length_jacobian(at.state) * (s_by_time_1_s_ * motion_.twist);
+  CableVector wanted_m_s = length_jacobian(at.state) * (place_.s_by_time_1_s() * motion_.twist);
   const CableVector behind_m = at.state.length_m() - start_m_ - travelled_m_;
   std::vector<bool> follows(static_cast<std::size_t>(robot_.cable_count()), false);
   for (const int cable : by_tension_) follows[static_cast<std::size_t>(cable)] = true;
@@ -83,9 +81,8 @@ const CableVector& LengthController::follow(const CableVector& error_N, double d
 }
 
 const CableVector& LengthController::stop(const CableVector& error_N, double dt_s) {
-  s_by_time_1_s_ = std::max(0.0, s_by_time_1_s_ - slows_by_1_s2_ * dt_s);
-  s_ = std::min(1.0, s_ + s_by_time_1_s_ * dt_s);
-  if (s_by_time_1_s_ > 0.0) return follow(error_N, dt_s);
+  place_.slow_down(dt_s);
+  if (place_.s_by_time_1_s() > 0.0) return follow(error_N, dt_s);
   return ramp_.command_together(CableVector::Zero(robot_.cable_count()), dt_s);
 }
 

@@ -42,7 +42,7 @@ class LengthController {
   /// G: with the pose held, tensions τ_S of cables S answer their lengths by −k N_S N_Sᵀ.
   [[nodiscard]] CableVector tension_feedback_m_s(const PlatformState& state,
                                                  const CableVector& error_N) const;
-  /// To where s_ is on motion_, at its rate.
+  /// To where place_ is on motion_, at its rate.
   const CableVector& follow(const CableVector& error_N, double dt_s);
 
   Robot robot_;
@@ -50,9 +50,8 @@ class LengthController {
   TensionControlOptions options_;
   WinchRamp ramp_;
   CableVector start_m_, travelled_m_;
-  HeldMotion motion_;  ///< of the last step, and where and how fast on it
-  double s_ = 0.0, s_by_time_1_s_ = 0.0;
-  double slows_by_1_s2_ = 0.0;  ///< while stopping
+  HeldMotion motion_;  ///< of the last step
+  PlaceOnLeg place_;
 };
 
 /// Shortest time [s] of a fifth-degree transition along a motion at whatever speed: no cable comes

@@ -157,7 +157,6 @@ void StartUp::go_on_with(const StartUpPlan& rest) {
 void StartUp::enter(StartUpState state) {
   if (state == StartUpState::done || state == StartUpState::holding) {
     calm_s_ = patience_to_stop_s();
-    slows_1_s2_ = speed_1_s_ / kFullSpeed_s;
   }
   command_.state = state;
   entered_s_ = now_s_;
@@ -210,8 +209,7 @@ const StartUpCommand& StartUp::step(const RobotSample& sample) {
       break;
     case settling:
     case measuring:
-      fraction_ = 1.0;
-      speed_1_s_ = 0.0;
+      place_.reset(1.0, 0.0);
       control(sample, dt_s);
       command_.state == settling ? settle() : measure();
       break;
@@ -255,9 +253,8 @@ void StartUp::stop(const RobotSample& sample, bool usable, double dt_s) {
 /// velocities fade out, too.
 void StartUp::calm(const RobotSample& sample, double dt_s) {
   const auto k = static_cast<std::size_t>(command_.setpoint);
-  speed_1_s_ = std::max(0.0, speed_1_s_ - slows_1_s2_ * dt_s);
-  fraction_ = std::min(1.0, fraction_ + speed_1_s_ * dt_s);
-  command_.tension_setpoint_N = from_N_ + fraction_ * (plan_.setpoint_N[k] - from_N_);
+  place_.slow_down(dt_s);
+  command_.tension_setpoint_N = from_N_ + place_.s() * (plan_.setpoint_N[k] - from_N_);
   control(sample, dt_s);
   const double left_s = calm_s_ - (now_s_ - entered_s_);
   command_.velocity_m_s *= std::min(1.0, left_s / kFullSpeed_s);
@@ -329,14 +326,13 @@ void StartUp::move(const RobotSample& sample, double dt_s) {
   const auto k = static_cast<std::size_t>(command_.setpoint);
   const double duration_s = transition_s_[k];
   const double x = duration_s > 0.0 ? std::min(1.0, (now_s_ - entered_s_) / duration_s) : 1.0;
-  fraction_ = fifth_degree(x);
-  speed_1_s_ = x < 1.0 ? FifthDegree::velocity(x) / duration_s : 0.0;
+  place_.reset(fifth_degree(x), x < 1.0 ? FifthDegree::velocity(x) / duration_s : 0.0);
   const CableVector& target = plan_.setpoint_N[k];
-  command_.tension_setpoint_N = from_N_ + fraction_ * (target - from_N_);
+  command_.tension_setpoint_N = from_N_ + place_.s() * (target - from_N_);
   if (lengths_) {
-    command_.tension_setpoint_N += off_the_line_N(motion_[k], fraction_);
+    command_.tension_setpoint_N += off_the_line_N(motion_[k], place_.s());
   } else {
-    controller_.tune(leg_[k], fraction_);
+    controller_.tune(leg_[k], place_.s());
   }
   control(sample, dt_s);
   if (x < 1.0) return;
@@ -370,10 +366,11 @@ void StartUp::control(const RobotSample& sample, double dt_s) {
   const auto k = static_cast<std::size_t>(command_.setpoint);
   const CableVector error_N = command_.tension_setpoint_N - sample.tension_N;
   if (lengths_) {
-    command_.velocity_m_s = lengths_->step(motion_[k], fraction_, speed_1_s_, error_N, dt_s);
+    command_.velocity_m_s =
+        lengths_->step(motion_[k], place_.s(), place_.s_by_time_1_s(), error_N, dt_s);
     return;
   }
-  along_m_s_ = speed_1_s_ * leg_[k].length_by_fraction_m(fraction_);
+  along_m_s_ = place_.s_by_time_1_s() * leg_[k].length_by_fraction_m(place_.s());
   const CableVector none_m_s = CableVector::Zero(robot_.cable_count());
   command_.velocity_m_s = controller_.step(error_N, feed_forward_ ? along_m_s_ : none_m_s, dt_s);
 }

@@ -175,11 +175,10 @@ class StartUp {
   double usable_s_ = kNaN;     ///< when all that control needs was last read
   double settle_sum_s_ = 0.0;  ///< over rests_: the estimate of the time left learns
   bool feed_forward_ = false;
-  double fraction_ = 0.0, speed_1_s_ = 0.0;  ///< where on the present leg, and how fast
+  PlaceOnLeg place_;
   /// Tensions lead: how fast the winches run there if all is as it should be.
   CableVector along_m_s_;
   double calm_s_ = kNaN;  ///< of a run that has ended: tensions lead the platform to a stop so long
-  double slows_1_s2_ = 0.0;  ///< its set-point, meanwhile
 };
 
 }  // namespace cdprcal

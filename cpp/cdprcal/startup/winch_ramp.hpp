@@ -10,6 +10,26 @@ namespace cdprcal {
 /// From rest to the velocity limit: the drives' ramp.
 inline constexpr double kFullSpeed_s = 0.2;
 
+/// Where a run is on its leg or way, which comes to rest within kFullSpeed_s when the run ends.
+class PlaceOnLeg {
+ public:
+  /// At a fraction s, which changes by s_by_time_1_s.
+  void reset(double s, double s_by_time_1_s) {
+    s_ = s;
+    s_by_time_1_s_ = s_by_time_1_s;
+    slows_by_1_s2_ = s_by_time_1_s / kFullSpeed_s;
+  }
+  void slow_down(double dt_s) {
+    s_by_time_1_s_ = std::max(0.0, s_by_time_1_s_ - slows_by_1_s2_ * dt_s);
+    s_ = std::min(1.0, s_ + s_by_time_1_s_ * dt_s);
+  }
+  [[nodiscard]] double s() const { return s_; }
+  [[nodiscard]] double s_by_time_1_s() const { return s_by_time_1_s_; }
+
+ private:
+  double s_ = 0.0, s_by_time_1_s_ = 0.0, slows_by_1_s2_ = 0.0;
+};
+
 class WinchRamp {
  public:
   WinchRamp(int cable_count, double velocity_limit_m_s)

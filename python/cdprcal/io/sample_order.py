@@ -86,8 +86,15 @@ def in_order(data: bytes) -> Ordered | Disorder | None:
     order = np.argsort(times_s, kind="stable")
     if len(late) and not _were_exchanged(times_s[order], order):
         return _disorder(times_s, line_of)
-    findings = [_repeats(repeated)] if repeated else []
-    findings += [_sorted(line_of[late].tolist())] if len(late) else []
+    findings = []
+    if repeated:
+        what = "rows that stand in the file already are left out"
+        remedy = "see that the logger writes each sample once"
+        findings.append(_put_right("repeated_rows", what, repeated, remedy))
+    if len(late):
+        what = "rows that stand after later ones are sorted by their time"
+        remedy = "see that samples are written in the order in which they were read"
+        findings.append(_put_right("unsorted_rows", what, line_of[late].tolist(), remedy))
     line_of = line_of[order]
     rows = [lines[number - 1] for number in line_of.tolist()]
     return Ordered(b"\n".join([lines[header], *rows, b""]), line_of, tuple(findings))
@@ -135,26 +142,12 @@ def _disorder(times_s: NDArray[np.float64], line_of: NDArray[np.int64]) -> Disor
     return Disorder(int(line_of[first]), problem, remedy)
 
 
-def _repeats(lines: Sequence[int]) -> Finding:
-    return Finding(
-        severity="warning",
-        code="repeated_rows",
-        message=f"rows that stand in the file already are left out: {_places(lines)}",
-        remedy="see that the logger writes each sample once",
-        line=lines[0],
-    )
-
-
-def _sorted(lines: Sequence[int]) -> Finding:
-    return Finding(
-        severity="warning",
-        code="unsorted_rows",
-        message=f"rows that stand after later ones are sorted by their time: {_places(lines)}",
-        remedy="see that samples are written in the order in which they were read",
-        line=lines[0],
-    )
-
-
-def _places(lines: Sequence[int]) -> str:
+def _put_right(code: str, what: str, lines: Sequence[int], remedy: str) -> Finding:
     more = "" if len(lines) == 1 else f" and {len(lines) - 1} more, the last {lines[-1]}"
-    return f"line {lines[0]}{more}"
+    return Finding(
+        severity="warning",
+        code=code,
+        message=f"{what}: line {lines[0]}{more}",
+        remedy=remedy,
+        line=lines[0],
+    )
