@@ -1,6 +1,7 @@
 #include "cdprcal/diagnosis/discrete.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -54,8 +55,36 @@ void add_signs(const std::string& fault, const std::vector<std::string>& names,
   }
 }
 
-DiscreteFault in_millimetres() {
-  return {"length_unit", "factor", {1e-3}, "the lengths are in millimetres"};
+/// A unit that readings come in, by its size in SI.
+struct Unit {
+  double factor;
+  const char* name;
+};
+constexpr std::array kLengthUnits{Unit{1e-3, "millimetres"}, Unit{1e-2, "centimetres"},
+                                  Unit{0.0254, "inches"}, Unit{0.3048, "feet"}};
+constexpr double kKilogram_N = 9.80665, kPound_N = 4.4482216152605;
+constexpr std::array kTensionUnits{Unit{kKilogram_N, "kgf"}, Unit{1e-3 * kKilogram_N, "gf"},
+                                   Unit{kPound_N, "lbf"}, Unit{1e3, "kN"}};
+
+DiscreteFault all_in(const Unit& unit, const char* fault, const std::string& sensors) {
+  return {fault, "factor", {unit.factor}, sensors + unit.name};
+}
+
+DiscreteFault lengths_in(const Unit& unit) {
+  return all_in(unit, "length_unit", "the lengths are in ");
+}
+
+/// One sensor of a kind that was set up otherwise than the others.
+void add_one_in(const Unit& unit, const char* fault, const std::string& sensor, int cables,
+                std::vector<DiscreteFault>& out) {
+  constexpr double kOneOfThem = 0.1;
+  for (int i = 0; i < cables; ++i) {
+    std::vector<double> factors(static_cast<std::size_t>(cables), 1.0);
+    factors[static_cast<std::size_t>(i)] = unit.factor;
+    out.push_back({fault, "factor", std::move(factors),
+                   sensor + std::to_string(i + 1) + " is in " + unit.name});
+    out.back().prior *= kOneOfThem;
+  }
 }
 
 /// Load cells most of whose readings are negative, as if cables pushed.
@@ -146,17 +175,49 @@ double variation(const LogMatrix& readings) {
   return std::sqrt(squares / static_cast<double>(std::max<Eigen::Index>(1, count)));
 }
 
-/// Whether setting a fault right (a unit) shrinks readings until they say nothing: whatever fits
-/// then proves nothing.
-bool silences(const Robot& robot, const Log& before, const Log& after) {
-  const auto silenced = [](const LogMatrix& was, const LogMatrix& is, double sigma) {
-    const double left = variation(is);
-    return left < 0.5 * variation(was) && !(left > sigma);
-  };
-  return silenced(before.length_m, after.length_m, robot.sigma.length_m) ||
-         silenced(before.swivel_rad, after.swivel_rad, robot.sigma.swivel_rad) ||
-         silenced(before.roll_pitch_yaw_rad, after.roll_pitch_yaw_rad, robot.sigma.attitude_rad);
+/// Root mean square of what was read.
+double mean_size(const LogMatrix& readings) {
+  const auto read = readings.array().isFinite();
+  return std::sqrt(read.select(readings.array().square(), 0.0).sum() /
+                   static_cast<double>(std::max<Eigen::Index>(1, read.count())));
 }
+
+/// The columns of one matrix that differ in another.
+LogMatrix columns_that_differ(const LogMatrix& readings, const LogMatrix& other) {
+  std::vector<Eigen::Index> which;
+  for (Eigen::Index c = 0; c < readings.cols(); ++c) {
+    const auto read = readings.col(c).array().isFinite();
+    if ((read && readings.col(c).array() != other.col(c).array()).any()) which.push_back(c);
+  }
+  return readings(Eigen::all, which);
+}
+
+/// Whether setting a fault right (a unit) shrinks readings until they say nothing: whatever fits
+/// then proves nothing. Of load cells, until they show no load.
+bool silences(const Robot& robot, const Log& before, const Log& after, double sigmas = 1.0) {
+  const auto silenced = [&](const LogMatrix& was, const LogMatrix& is, double sigma,
+                            double (*size)(const LogMatrix&)) {
+    const double left = size(columns_that_differ(is, was));
+    return left < 0.5 * size(columns_that_differ(was, is)) && !(left > sigmas * sigma);
+  };
+  return silenced(before.length_m, after.length_m, robot.sigma.length_m, &variation) ||
+         silenced(before.swivel_rad, after.swivel_rad, robot.sigma.swivel_rad, &variation) ||
+         silenced(before.roll_pitch_yaw_rad, after.roll_pitch_yaw_rad, robot.sigma.attitude_rad,
+                  &variation) ||
+         silenced(before.tension_N, after.tension_N, robot.sigma.tension_N, &mean_size);
+}
+
+bool is_of_lengths(const DiscreteFault& fault) {
+  return fault.parameter == "factor" && fault.name.starts_with("length");
+}
+/// Whether lengths would say nothing in the finest unit. Each of the coarser ones lets them
+/// contradict less: one that agrees is it, and only if it leaves them several σ.
+bool may_say_nothing(Robot robot, const Log& log) {
+  Log in_finest = log;
+  set_right(lengths_in(kLengthUnits.front()), robot, in_finest);
+  return silences(robot, log, in_finest);
+}
+constexpr double kSeveral = 3.0;
 
 /// Whether a unit makes angles smaller of which none turned too far.
 bool shrinks_in_vain(const Log& before, const Log& after) {
@@ -195,13 +256,6 @@ bool push(const Robot& robot, const Log& log) {
     const auto count = static_cast<double>(read.count());
     return read.select(cell.array(), 0.0).sum() < -kSigmas * robot.sigma.tension_N * count;
   });
-}
-
-/// Root mean square of what was read.
-double mean_size(const LogMatrix& readings) {
-  const auto read = readings.array().isFinite();
-  return std::sqrt(read.select(readings.array().square(), 0.0).sum() /
-                   static_cast<double>(std::max<Eigen::Index>(1, read.count())));
 }
 
 /// The robot with sigma for single samples in motion: sensors as sharp as it takes to see that a
@@ -351,7 +405,13 @@ std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
     }
   }
   if (read_lengths(log) != nullptr) {
-    out.push_back(in_millimetres());
+    for (const Unit& unit : kLengthUnits) {
+      out.push_back(lengths_in(unit));
+      add_one_in(unit, "length_factor", "the length of cable ", n, out);
+    }
+  }
+  if (log.swivel_rad.cols() > 0) {
+    add_one_in({kDegree, "degrees"}, "swivel_factor", "the swivel of cable ", n, out);
   }
   // values: factor of swivels, factor of attitude
   out.push_back({"angle_unit", "factor", {kDegree, 1.0}, "the swivel angles are in degrees"});
@@ -359,15 +419,10 @@ std::vector<DiscreteFault> discrete_faults(const Robot& robot, const Log& log) {
   out.push_back({"angle_unit", "factor", {kDegree, kDegree}, "all angles are in degrees"});
   if (log.tension_N.cols() > 0) {
     add_reversed_load_cells(log, out);
-    constexpr double kKilogram_N = 9.80665, kPound_N = 4.4482216152605;
-    const auto add_unit = [&](double factor, const char* unit) {
-      out.push_back(
-          {"tension_unit", "factor", {factor}, std::string("the tensions are in ") + unit});
-    };
-    add_unit(kKilogram_N, "kgf");
-    add_unit(1e-3 * kKilogram_N, "gf");
-    add_unit(kPound_N, "lbf");
-    add_unit(1e3, "kN");
+    for (const Unit& unit : kTensionUnits) {
+      out.push_back(all_in(unit, "tension_unit", "the tensions are in "));
+      add_one_in(unit, "tension_factor", "the load cell of cable ", n, out);
+    }
   }
   const std::vector<DiscreteFault> of_attitude = attitude_faults(robot, log);
   out.insert(out.end(), of_attitude.begin(), of_attitude.end());
@@ -396,7 +451,9 @@ class Trials {
     }
     const bool at_rest = !moving && log.tension_N.cols() > 0;
     // Hundreds of trials: a few of the poses tell a wrong map as well as all of them do.
-    if (std::optional<Log> brief = few_poses(robot, log_, at_rest, at_s_)) log_ = *std::move(brief);
+    std::optional<Log> brief = few_poses(robot, log_, at_rest, at_s_);
+    if (!brief && at_rest) brief = few_poses(robot, log_, false, at_s_);  // it never rests
+    if (brief) log_ = *std::move(brief);
     const Trial as_read = try_map(robot_, log_, at_s_, kAllStarts);
     cost_ = as_read.cost;
     readings_ = as_read.readings;
@@ -514,6 +571,10 @@ class Trials {
     for (const auto& [surprise, faults] : likely) consider(*faults);
     return true;
   }
+  /// (Of samples in motion σ is as large as the unit makes them.)
+  [[nodiscard]] bool must_agree(const Faults& together) const {
+    return !moving_ && is_of_lengths(together.front()) && may_say_nothing(robot_, log_);
+  }
   /// Nothing where it says nothing of the map.
   [[nodiscard]] std::optional<Trial> trial_of(const Faults& together, int most_iterations) const {
     Robot robot = robot_;
@@ -526,7 +587,8 @@ class Trials {
       if (shrinks_in_vain(*moving_, moving)) return std::nullopt;
       robot.sigma = with_sigma_in_motion(robot, moving).sigma;
     }
-    if (silences(robot, log_, log) || push(robot, log)) return std::nullopt;
+    const double sigmas = must_agree(together) ? kSeveral : 1.0;
+    if (silences(robot, log_, log, sigmas) || push(robot, log)) return std::nullopt;
     // The right one comes down from the first start in a few steps, and leaves no readings out.
     Trial trial = try_map(robot, log, at_s_, 1, most_iterations);
     if (!trial.says_enough || trial.spare <= 0) return std::nullopt;
@@ -537,6 +599,7 @@ class Trials {
     const std::optional<Trial> found = trial_of(together, kAllIterations);
     if (!found || !(found->cost < cost_)) return;
     const Trial& trial = *found;
+    if (must_agree(together) && !trial.agrees) return;
     const double surprise = surprise_of(together, trial);
     if (trial.agrees && trial.initial) {
       std::string text;
@@ -600,6 +663,24 @@ class Trials {
   std::vector<DiscreteFault> best_;
   bool agrees_ = false;
 };
+
+/// The unit of lengths that are too long as they are read; nothing where none makes them less so.
+std::optional<DiscreteFault> likely_unit(Robot robot, const Log& log) {
+  const bool must_agree = may_say_nothing(robot, log);
+  std::optional<DiscreteFault> best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Unit& unit : kLengthUnits) {
+    const DiscreteFault fault = lengths_in(unit);
+    Log in_metres = log;
+    set_right(fault, robot, in_metres);
+    const double sigmas = must_agree ? kSeveral : 1.0;
+    if (are_too_long(robot, in_metres) || silences(robot, log, in_metres, sigmas)) continue;
+    const Trial trial = try_map(robot, in_metres, {}, kAllStarts);
+    if (must_agree && !trial.agrees) continue;
+    if (!best || trial.cost < least) best = fault, least = trial.cost;
+  }
+  return best;
+}
 
 /// Whether poses misfit what load cells do not check by more than it scatters: exchanged or
 /// reversed columns may hide in what σ allows.
@@ -673,13 +754,10 @@ std::vector<DiscreteFault> find_discrete_faults(Robot& robot, Log& log, bool mot
   std::vector<DiscreteFault> faults;
   if (!go_on("discrete faults: signs, order, units, conventions")) return faults;
   if (are_too_long(robot, log)) {  // of which no fit says anything
-    const DiscreteFault unit = in_millimetres();
-    Log in_metres = log;
-    set_right(unit, robot, in_metres);
-    if (!are_too_long(robot, in_metres) && !silences(robot, log, in_metres)) {
-      log = std::move(in_metres);
-      faults.push_back(unit);
-      if (!go_on("found: " + unit.text)) return faults;
+    if (std::optional<DiscreteFault> unit = likely_unit(robot, log)) {
+      set_right(*unit, robot, log);
+      faults.push_back(*std::move(unit));
+      if (!go_on("found: " + faults.back().text)) return faults;
     }
   }
   const std::size_t known = faults.size();

@@ -14,7 +14,8 @@ namespace cdprcal {
 /// One fault of a log: its name in the catalogue and what sets it right.
 struct DiscreteFault {
   std::string name;            ///< length_sign, swivel_sign, cable_order, angle_unit, length_unit,
-                               ///< tension_unit, tension_sign, attitude_sign, euler_convention; of
+                               ///< tension_unit, length_factor, swivel_factor, tension_factor,
+                               ///< tension_sign, attitude_sign, euler_convention; of
                                ///< fitted_faults: attitude_mounting, attitude_offset,
                                ///< tension_offset
   std::string parameter;       ///< "sign", "order", "factor", "convention", or a fitted one's

@@ -25,10 +25,20 @@ Eigen::Map<const Eigen::RowVectorXd> row_of(const std::vector<double>& values) {
   return {values.data(), static_cast<Eigen::Index>(values.size())};
 }
 
-void scale_columns(const std::vector<double>& signs, LogMatrix& readings) {
+void scale_columns(const std::vector<double>& by, LogMatrix& readings) {
   for (Eigen::Index i = 0; i < readings.cols(); ++i) {
-    readings.col(i) *= signs[static_cast<std::size_t>(i)];
+    readings.col(i) *= by[static_cast<std::size_t>(i)];
   }
+}
+
+void scale_lengths(const AppliedEffect& fault, const Robot&, Log& log) {
+  if (LogMatrix* read = read_lengths(log)) scale_columns(values_of(fault), *read);
+}
+void scale_swivels(const AppliedEffect& fault, const Robot&, Log& log) {
+  scale_columns(values_of(fault), log.swivel_rad);
+}
+void scale_tensions(const AppliedEffect& fault, const Robot&, Log& log) {
+  scale_columns(values_of(fault), log.tension_N);
 }
 
 void reorder(const std::vector<double>& order, LogMatrix& readings) {
@@ -63,16 +73,8 @@ const ReadingFault* find(const std::string& name) {
 const std::vector<ReadingFault>& reading_faults() {
   constexpr auto kPerCable = ParameterShape::per_cable;
   static const std::vector<ReadingFault> table{
-      {"length_sign",
-       {{"sign", kPerCable, ValueRange::sign}},
-       [](const AppliedEffect& fault, const Robot&, Log& log) {
-         if (LogMatrix* read = read_lengths(log)) scale_columns(values_of(fault), *read);
-       }},
-      {"swivel_sign",
-       {{"sign", kPerCable, ValueRange::sign}},
-       [](const AppliedEffect& fault, const Robot&, Log& log) {
-         scale_columns(values_of(fault), log.swivel_rad);
-       }},
+      {"length_sign", {{"sign", kPerCable, ValueRange::sign}}, &scale_lengths},
+      {"swivel_sign", {{"sign", kPerCable, ValueRange::sign}}, &scale_swivels},
       // Cable i is read on channel order[i]; its swivel encoder on swivel_order[i] and its load
       // cell on tension_order[i], where given.
       {"cable_order",
@@ -105,11 +107,7 @@ const std::vector<ReadingFault>& reading_faults() {
          scale_columns(values_of(fault), log.roll_pitch_yaw_rad);
        }},
       // Readings × sign are tensions: load cells that count pulls as negative.
-      {"tension_sign",
-       {{"sign", kPerCable, ValueRange::sign}},
-       [](const AppliedEffect& fault, const Robot&, Log& log) {
-         scale_columns(values_of(fault), log.tension_N);
-       }},
+      {"tension_sign", {{"sign", kPerCable, ValueRange::sign}}, &scale_tensions},
       // Readings × factor are newtons; what the tensions were told to be is in the same unit.
       {"tension_unit",
        {{"factor", ParameterShape::scalar, ValueRange::positive}},
@@ -117,6 +115,10 @@ const std::vector<ReadingFault>& reading_faults() {
          log.tension_N *= values_of(fault)[0];
          log.tension_setpoint_N *= values_of(fault)[0];
        }},
+      // The same of each sensor by itself: one amplifier or encoder that was set up otherwise.
+      {"length_factor", {{"factor", kPerCable, ValueRange::positive}}, &scale_lengths},
+      {"swivel_factor", {{"factor", kPerCable, ValueRange::positive}}, &scale_swivels},
+      {"tension_factor", {{"factor", kPerCable, ValueRange::positive}}, &scale_tensions},
       // The platform's attitude is R* exp(rotation)ᵀ: an AHRS upside down, on its side, or zeroed
       // where the platform was not level.
       {"attitude_mounting",

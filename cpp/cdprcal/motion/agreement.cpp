@@ -9,6 +9,9 @@
 namespace cdprcal {
 namespace {
 
+/// Numbers of readings; nothing is allocated for them at every sample.
+using Rows = Eigen::Matrix<Eigen::Index, Eigen::Dynamic, 1, Eigen::ColMajor, kMostReadings, 1>;
+
 /// Of readings that agree, one in so many is said to contradict: a log has thousands of moments.
 constexpr double kChance = 1e-6;
 /// What each number more that is left out must gain, and by what the best explanation must be
@@ -55,36 +58,43 @@ Agreement::Agreement(const KnownOffsets& offsets, const FreeMotion& free, double
 
 Disagreement Agreement::of(const ReadingVector& misfits, const ReadingsByPose& by_pose,
                            const ReadingVector& sample_variance, const Vector6& pose_sigma) const {
-  std::vector<Eigen::Index> read;
-  std::vector<Eigen::Index> place(rows_.size(), -1);  // of a row among those
+  Rows place = Rows::Constant(misfits.size(), -1);  // of a row among those that were read
+  Rows read(misfits.size());
+  Eigen::Index count = 0;
   for (Eigen::Index row = 0; row < misfits.size(); ++row) {
     if (rows_[static_cast<std::size_t>(row)].inertial || !std::isfinite(misfits[row])) continue;
-    place[static_cast<std::size_t>(row)] = static_cast<Eigen::Index>(read.size());
-    read.push_back(row);
+    read[place[row] = count++] = row;
   }
-  const auto count = static_cast<Eigen::Index>(read.size());
+  read.conservativeResize(count);
   const ReadingVector misfit = misfits(read);
   ReadingMatrix covariance = covariance_(read, read);
   covariance.diagonal() += sample_variance(read);
   ReadingsByPose rows(count, 6);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const auto row = static_cast<std::size_t>(read[static_cast<std::size_t>(i)]);
+    const auto row = static_cast<std::size_t>(read[i]);
     rows.row(i) = free_.of(Vector6(by_pose.row(rows_[row].reading).transpose())).transpose();
   }
   const Eigen::LLT<ReadingMatrix> root(covariance);
   if (root.info() != Eigen::Success) return {};
-  const ReadingMatrix weight = root.solve(ReadingMatrix::Identity(count, count));
+  // In units of σ: what the pose explains of the misfit, and what it could.
+  ReadingsByPose white = rows;
+  ReadingVector white_misfit = misfit;
+  root.matrixL().solveInPlace(white);
+  root.matrixL().solveInPlace(white_misfit);
+  const Matrix6 by_readings = white.transpose().lazyProduct(white);
+  const Eigen::LLT<Matrix6> pose(by_readings + anywhere_ + across_);
+  const Vector6 towards = white.transpose().lazyProduct(white_misfit);
+  const double chi_square = white_misfit.squaredNorm() - towards.dot(pose.solve(towards));
+  const double freedom = static_cast<double>(count) - pose.solve(by_readings).trace();
+  if (agree(chi_square, freedom)) return {};
+
   // M = W − W H (Hᵀ W H)⁻¹ Hᵀ W: what is left of the readings' information beyond the pose.
+  const ReadingMatrix weight = root.solve(ReadingMatrix::Identity(count, count));
   const ReadingsByPose weighted = weight.lazyProduct(rows);
-  const Matrix6 information = rows.transpose().lazyProduct(weighted) + anywhere_ + across_;
-  const Eigen::LLT<Matrix6> pose(information);
   const Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMostReadings> by_reading =
       pose.solve(weighted.transpose());
   const ReadingMatrix left = weight - weighted.lazyProduct(by_reading);
   const ReadingVector against = left.lazyProduct(misfit);
-  const double chi_square = misfit.dot(against);
-  const double freedom = static_cast<double>(count) - by_reading.lazyProduct(rows).trace();
-  if (agree(chi_square, freedom)) return {};
 
   Disagreement out{true, {}};
   struct Suspicion {
@@ -96,8 +106,7 @@ Disagreement Agreement::of(const ReadingVector& misfits, const ReadingsByPose& b
   for (const std::vector<Eigen::Index>& rows_of : suspects_) {
     std::vector<Eigen::Index> at;
     for (const Eigen::Index row : rows_of) {
-      const Eigen::Index among = place[static_cast<std::size_t>(row)];
-      if (among >= 0) at.push_back(among);
+      if (place[row] >= 0) at.push_back(place[row]);
     }
     if (at.empty()) continue;
     const ReadingMatrix own = left(at, at);

@@ -315,6 +315,7 @@ bool Tracker::surprised(const std::vector<Reading>& readings) const {
 /// All readings of the sample, and how large each innovation is beside what is expected of it.
 std::vector<Tracker::Reading> Tracker::weigh() const {
   std::vector<Reading> out;
+  out.reserve(offsets_.rows.size());
   for (Eigen::Index row = 0; row < offsets_.offset.size(); ++row) {
     const double innovation = misfit(row);
     if (!std::isfinite(innovation) || disagrees_[static_cast<std::size_t>(row)]) continue;
@@ -325,8 +326,9 @@ std::vector<Tracker::Reading> Tracker::weigh() const {
       const double expected = by_motion +
                               2.0 * h.dot(shared_.col(row).template head<k>().transpose()) +
                               offsets_.covariance(row, row) + offsets_.sample_variance[row];
-      const ReadingVector together = (h * shared_.template topRows<k>()).transpose();
-      const double lasts = together.dot(considered_ * together);
+      const ReadingVector together =
+          shared_.template topRows<k>().transpose().lazyProduct(h.transpose());
+      const double lasts = together.dot(considered_.lazyProduct(together));
       out.push_back({row, innovation * innovation / expected, innovation,
                      std::max(by_motion - lasts, 0.0) + offsets_.sample_variance[row]});
     });
@@ -339,6 +341,7 @@ std::vector<Tracker::Reading> Tracker::weigh() const {
 bool Tracker::quickens(const std::vector<Reading>& readings) {
   constexpr double kDoubt = 4.0, kMore = 4.0, kChance = 1e-3;
   std::vector<Reading> counting;
+  counting.reserve(readings.size());
   bool any = false;
   for (const Reading& r : readings) {
     // What no motion explained at first none explains because it goes on for a while.
@@ -436,7 +439,7 @@ bool Tracker::update(const std::vector<Reading>& readings) {
         const Eigen::Matrix<double, 1, k> h = by_state(reading.row).template head<k>();
         const auto considered = offsets_.covariance.col(reading.row);
         const MotionVector ph =
-            covariance_.leftCols<k>() * h.transpose() + shared_.col(reading.row);
+            covariance_.leftCols<k>().lazyProduct(h.transpose()) + shared_.col(reading.row);
         const double expected = h.dot(ph.head<k>().transpose()) +
                                 h.dot(shared_.col(reading.row).template head<k>().transpose()) +
                                 considered[reading.row] + offsets_.sample_variance[reading.row];
@@ -445,9 +448,9 @@ bool Tracker::update(const std::vector<Reading>& readings) {
         const MotionVector gain = ph / expected;
         change += gain * innovation;
         const Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMostReadings> with =
-            h * shared_.template topRows<k>() + considered.transpose();
-        covariance_.noalias() -= gain * ph.transpose();
-        shared_.noalias() -= gain * with;
+            h.lazyProduct(shared_.template topRows<k>()) + considered.transpose();
+        covariance_ -= gain.lazyProduct(ph.transpose());
+        shared_ -= gain.lazyProduct(with);
       });
     }
     const MotionState next = plus(before, change);

@@ -62,8 +62,10 @@ PlantParameters plant_parameters(const Robot& robot, const SimulatorOptions& opt
   p.strand_damping_ratio = options.strand.damping_ratio;
   p.ratio_error.setZero(n);
   p.load_cell_gain.setZero(n);
-  p.length_sign.setOnes(n);
-  p.swivel_sign.setOnes(n);
+  for (CableVector* one_each :
+       {&p.length_sign, &p.swivel_sign, &p.length_factor, &p.swivel_factor, &p.tension_factor}) {
+    one_each->setOnes(n);
+  }
   for (int i = 0; i < n; ++i) p.cable_order.push_back(i);
   p.euler_convention = robot.euler_convention;
   // What the robot file says of the robot is so in the plant, unless the options say otherwise;

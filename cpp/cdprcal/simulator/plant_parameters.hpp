@@ -80,9 +80,9 @@ struct PlantParameters {
   std::vector<std::function<void(const Pose&, double, Vector3&)>> attitude_rad;
   double attitude_delay_s = 0.0;  ///< on top of the sensor's own
   // Maps from the sensor to the log
-  CableVector length_sign, swivel_sign;
+  CableVector length_sign, swivel_sign, length_factor, swivel_factor, tension_factor;
   std::vector<int> cable_order;  ///< reading i is that of this cable
-  double length_factor = 1.0, swivel_factor = 1.0, tension_factor = 1.0, attitude_factor = 1.0;
+  double attitude_factor = 1.0;
   Vector3 attitude_sign = Vector3::Ones();
 
   /// Tension at the load cell [N] from that of the strand.

@@ -141,7 +141,7 @@ void SensorBank::read_lengths(const PlantSnapshot& world) {
     const int source = p_.cable_order[static_cast<std::size_t>(i)];
     const double value = reading(world.encoder_m[source], options_.length_m, length_noise_);
     sample_.length_m[i] =
-        p_.length_factor * (p_.length_sign[source] * value + offsets_.length_m[source]);
+        p_.length_factor[source] * (p_.length_sign[source] * value + offsets_.length_m[source]);
   }
 }
 
@@ -151,7 +151,7 @@ void SensorBank::read_swivels(const PlantSnapshot& world) {
     const double told = changed(p_.swivel_rad, world.swivel_rad[source], source, world.time_s);
     const double value = reading(told, options_.swivel_rad, swivel_noise_);
     sample_.swivel_rad[i] =
-        p_.swivel_factor * (p_.swivel_sign[source] * value + offsets_.swivel_rad[source]);
+        p_.swivel_factor[source] * (p_.swivel_sign[source] * value + offsets_.swivel_rad[source]);
   }
 }
 
@@ -179,7 +179,8 @@ void SensorBank::read_tensions(const PlantSnapshot& world) {
     const double load_N = world.load_cell_N[i];
     const double felt_N = load_N + p_.load_cell_cross_talk * (all_N - load_N);
     const double value = load_cell_N(static_cast<int>(i), felt_N, world.time_s);
-    sample_.tension_N[i] = p_.tension_factor * reading(value, options_.tension_N, tension_noise_);
+    sample_.tension_N[i] =
+        p_.tension_factor[i] * reading(value, options_.tension_N, tension_noise_);
   }
 }
 

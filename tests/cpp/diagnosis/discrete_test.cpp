@@ -97,6 +97,54 @@ TEST_F(Discrete, WhatTheRobotFileListsIsSetRightOnceAndNotFoundAgain) {
   EXPECT_EQ(faults[0].name, "length_unit");
 }
 
+TEST_F(Discrete, LengthsInAnotherUnitAreOneFault) {
+  for (const auto& [factor, unit] : std::vector<std::pair<double, std::string>>{
+           {1e-2, "centimetres"}, {0.0254, "inches"}, {0.3048, "feet"}}) {
+    SCOPED_TRACE(unit);
+    Log read = clean();
+    read.length_m /= factor;
+    const std::vector<DiscreteFault> faults = find_discrete_faults(robot, read);
+    ASSERT_EQ(faults.size(), 1U);
+    EXPECT_EQ(faults[0].name, "length_unit");
+    EXPECT_EQ(faults[0].values, std::vector<double>{factor});
+    EXPECT_EQ(faults[0].text, "the lengths are in " + unit);
+  }
+}
+
+TEST_F(Discrete, OneSensorInAnotherUnitThanTheOthersIsTold) {
+  struct Case {
+    LogMatrix Log::* channel;
+    double factor;
+    const char *name, *text;
+  };
+  for (const auto& [channel, factor, name, text] : {
+           Case{&Log::length_m, 1e-3, "length_factor", "the length of cable 3 is in millimetres"},
+           Case{&Log::length_m, 0.3048, "length_factor", "the length of cable 3 is in feet"},
+           Case{&Log::swivel_rad, kDegree, "swivel_factor", "the swivel of cable 3 is in degrees"},
+           Case{&Log::tension_N, 9.80665, "tension_factor", "the load cell of cable 3 is in kgf"},
+           Case{&Log::tension_N, 4.4482216152605, "tension_factor",
+                "the load cell of cable 3 is in lbf"},
+       }) {
+    SCOPED_TRACE(text);
+    Log read = clean();
+    (read.*channel).col(2) /= factor;
+    const std::vector<DiscreteFault> faults = find_discrete_faults(robot, read);
+    ASSERT_EQ(faults.size(), 1U);
+    EXPECT_EQ(faults[0].name, name);
+    EXPECT_EQ(faults[0].values, (std::vector<double>{1.0, 1.0, factor, 1.0}));
+    EXPECT_EQ(faults[0].text, text);
+    EXPECT_LE((read.*channel - clean().*channel).norm(), 1e-9 * (clean().*channel).norm());
+  }
+}
+
+TEST_F(Discrete, ACellThatShowsNoLoadIsInNoUnit) {
+  log.tension_N.col(1).setConstant(3.0);  // it hangs on nothing, or its bridge is open
+  for (const DiscreteFault& fault : find_discrete_faults(robot, log)) {
+    EXPECT_NE(fault.name, "tension_factor");
+    EXPECT_NE(fault.name, "tension_unit");
+  }
+}
+
 TEST_F(Discrete, LengthsOfNoRobotAreInMillimetresWhateverTheirFitSays) {
   Log lengths = log;
   lengths.tension_N.resize(log.time_s.size(), 0);
@@ -277,6 +325,9 @@ TEST_F(Discrete, WhatIsListedSetsTheLogRightAsTheFaultDoes) {
       {"cable_order", "order", {2, 3, 4, 1}, ""},
       {"cable_order", "order", {2, 3, 4, 1}, "", {1, 2, 3, 4}, {1, 2, 3, 4}},
       {"angle_unit", "factor", {1.0, kDegree}, ""},
+      {"length_factor", "factor", {1.0, 0.3048, 1.0, 1.0}, ""},
+      {"swivel_factor", "factor", {kDegree, 1.0, 1.0, 1.0}, ""},
+      {"tension_factor", "factor", {1.0, 1.0, 9.80665, 1.0}, ""},
       {"tension_offset", "offset_N", {1.0, 2.0, 3.0, 4.0}, ""},
       {"attitude_offset", "offset_rad", {0.1, 0.2, 0.3}, ""},
       {"attitude_mounting", "rotation_rad", {0.1, 0.2, 0.3}, ""},
@@ -616,7 +667,10 @@ TEST(DiscreteFaults, UnitsAndConventions) {
   for (int own = 0; own < 6; ++own) {
     robot.euler_convention = static_cast<EulerConvention>(own);
     const auto all = discrete_faults(robot, channels(4, true, true, true));
-    EXPECT_EQ(named(all, "length_unit").size(), 1U);
+    EXPECT_EQ(named(all, "length_unit").size(), 4U);
+    EXPECT_EQ(named(all, "length_factor").size(), 16U);
+    EXPECT_EQ(named(all, "swivel_factor").size(), 4U);
+    EXPECT_EQ(named(all, "tension_factor").size(), 16U);
     EXPECT_EQ(named(all, "angle_unit").size(), 3U);
     std::set<int> others;
     for (const DiscreteFault& fault : named(all, "euler_convention")) {

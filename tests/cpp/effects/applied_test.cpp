@@ -51,6 +51,9 @@ TEST(AppliedEffects, EveryEffectOfTheCatalogueGoesThroughTheFileToTheBit) {
   robot.effects.push_back({"length_unit", "", {{"factor", {1e-3}}}});
   robot.effects.push_back({"angle_unit", "", {{"factor", {1.0, kDegree}}}});
   robot.effects.push_back({"tension_unit", "", {{"factor", {9.80665}}}});
+  robot.effects.push_back({"length_factor", "", {{"factor", {1, 1e-3, 1, 1}}}});
+  robot.effects.push_back({"swivel_factor", "", {{"factor", {kDegree, 1, 1, 1}}}});
+  robot.effects.push_back({"tension_factor", "", {{"factor", {1, 1, 9.80665, 1}}}});
   robot.effects.push_back({"tension_sign", "", {{"sign", {1, -1, 1, 1}}}});
   robot.effects.push_back({"tension_offset", "", {{"offset_N", {20, 1.0 / 3.0, 0, -7}}}});
   robot.effects.push_back({"attitude_sign", "", {{"sign", {1, -1, -1}}}});

@@ -36,9 +36,10 @@ TEST(InjectableEffects, HaveEveryEffectOfTheCatalogueUnderItsNamesAndSizes) {
 }
 
 TEST(InjectableEffects, HaveTheDiscreteAndPerSampleOnesAndSomeOfTheirOwn) {
-  for (const char* name : {"length_sign", "swivel_sign", "cable_order", "angle_unit", "length_unit",
-                           "tension_unit", "attitude_sign", "euler_convention", "slack", "outlier",
-                           "oscillation", "cable_slip", "load_cell_shift", "load_shift"}) {
+  for (const char* name :
+       {"length_sign", "swivel_sign", "cable_order", "angle_unit", "length_unit", "tension_unit",
+        "length_factor", "swivel_factor", "tension_factor", "attitude_sign", "euler_convention",
+        "slack", "outlier", "oscillation", "cable_slip", "load_cell_shift", "load_shift"}) {
     ASSERT_NE(row(name), nullptr) << name;
     EXPECT_FALSE(row(name)->generator_only);
   }

@@ -364,7 +364,10 @@ TEST_F(InjectedEffects, FaultsThatTheRobotFileListsAreThoseThatSetTheLogRight) {
       to_yaml(robot) +
           "effects: [{name: cable_order, order: [2, 3, 1, 4], tension_order: [1, 2, 3, 4]}, "
           "{name: length_unit, factor: 0.001}, {name: angle_unit, factor: [0.0174532925, 1]}, "
-          "{name: attitude_sign, sign: [1, -1, -1]}, {name: tension_unit, factor: 9.80665}]",
+          "{name: attitude_sign, sign: [1, -1, -1]}, {name: tension_unit, factor: 9.80665}, "
+          "{name: length_factor, factor: [1, 0.0254, 1, 1]}, "
+          "{name: swivel_factor, factor: [1, 1, 0.0174532925, 1]}, "
+          "{name: tension_factor, factor: [1, 1, 1, 9.80665]}]",
       "");
   Simulator plain(robot, perfect()), faulty(listing, perfect());
   Log log;
@@ -379,7 +382,8 @@ TEST_F(InjectedEffects, FaultsThatTheRobotFileListsAreThoseThatSetTheLogRight) {
   EXPECT_CLOSE(right.swivel_rad.row(0).transpose(), plain.read().swivel_rad, 1e-6);
   EXPECT_CLOSE(right.tension_N.row(0).transpose(), plain.read().tension_N, 1e-6);
   EXPECT_CLOSE(right.roll_pitch_yaw_rad.row(0).transpose(), plain.read().roll_pitch_yaw_rad, 1e-9);
-  EXPECT_CLOSE(log.tension_N * 9.80665, plain.read().tension_N.transpose(), 1e-6);
+  EXPECT_CLOSE(log.tension_N.leftCols<3>() * 9.80665, plain.read().tension_N.head<3>().transpose(),
+               1e-6);
 }
 
 TEST_F(InjectedEffects, ExternalForceIsFixedInTheWorldAtTheCentreOfMass) {
