@@ -15,6 +15,7 @@ from cdprcal.command import (
     WITH_CAVEATS,
     EffectsOption,
     JsonOption,
+    LogOutputOption,
     RobotArgument,
     fail,
     keep_apart,
@@ -44,15 +45,7 @@ def command(
     plan: Annotated[
         str, typer.Argument(metavar="PLAN", help="Plan file (CSV), as cdprcal plan writes it.")
     ],
-    output: Annotated[
-        str,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="LOG",
-            help="Canonical log: .csv, or .mcap; written while the robot moves.",
-        ),
-    ],
+    output: LogOutputOption,
     backend: Annotated[
         str, typer.Option(metavar="simulated|canopen|ethercat", help="Which robot to drive.")
     ] = "simulated",
