@@ -72,9 +72,10 @@ FAULTS = """\
 They are looked for first, by refitting with each of them: the cost falls by orders of magnitude
 where one is real. The order of Euler angles changes them by the product of two tilts only, and is
 held to the evidence that effects are held to. Signs are tried in every combination, cables in every
-order (of more than six, any two exchanged), units of all sensors of a kind and of each alone. The mounting of the AHRS, its zero and those of the
-load cells are fitted to where the other sensors have the platform. A unit in which readings would
-vary by less than their sigma is not accused: they would contradict nothing any more.
+order (of more than six, any two exchanged), units of all sensors of a kind and of each alone. The
+mounting of the AHRS, its zero and those of the load cells are fitted to where the other sensors
+have the platform. A unit in which readings would vary by less than their sigma is not accused:
+they would contradict nothing any more.
 
 | name | what is wrong |
 |---|---|

@@ -106,6 +106,7 @@ def explored(tab: Tab, address: str, picture: Path) -> None:
     moving.click(".effect input", f"{said}.startsWith('1 effect')")
     moving.show(3.0)
     moving.click("#find", f"!{said}.startsWith('1 effect')")
+    moving.show(3.0)
     moving.save(picture, 960)
 
 

@@ -255,5 +255,5 @@ def simulate_startup(
         control_rate_Hz=control_rate_Hz,
         log_rate_Hz=log_rate_Hz,
         initial_tension_N=initial_tension_N,
-        progress=progress,
+        progress=progress or (lambda *_: None),  # Ctrl-C is heard where Python runs
     )

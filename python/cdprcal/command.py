@@ -45,6 +45,16 @@ LogArgument = Annotated[
         metavar="LOG", help="Canonical CSV, MCAP or raw robot log, told apart by content."
     ),
 ]
+LogOutputOption = Annotated[
+    str,
+    typer.Option(
+        "-o",
+        "--output",
+        metavar="LOG",
+        help="Canonical log: MCAP as .mcap, CSV as .csv or any ending of plain text (.txt, .dat, "
+        ".log).",
+    ),
+]
 MapOption = Annotated[
     str,
     typer.Option(

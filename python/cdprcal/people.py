@@ -102,7 +102,8 @@ def _calibration(result: Calibration) -> dict[str, Any]:
 
 
 def _diagnosis(result: Diagnosis) -> dict[str, Any]:
-    return diagnosis_as_dict(result, result.corrected)
+    # It does not hold its logs; nothing here shows the ripple, for which they are asked.
+    return diagnosis_as_dict(result, result.corrected, [])
 
 
 # Frames.

@@ -95,7 +95,7 @@ def _repeated(result: Result) -> Repeated:
 
         how = diagnose_options(result.options)
         diagnosis = _core.diagnose(result.robot, list(result.logs), how)
-        document = diagnosis_as_dict(diagnosis, result.robot)
+        document = diagnosis_as_dict(diagnosis, result.robot, result.logs)
         keys = ("verdict", "initial_pose_after", "covariance_after")
     before = result.document
     return Repeated(
@@ -124,4 +124,5 @@ def _difference(before: Any, again: Any, covariance: Any) -> float | None:
     a, b = (_core.Pose(pose["position_m"], pose["rotation"]) for pose in (before, again))
     difference = _core.minus(b, a)
     deviation = np.sqrt(np.diag(np.array(covariance, dtype=float)))
-    return float(np.max(np.abs(difference) / deviation))
+    moves = deviation > 0.0  # a planar platform: not in all directions
+    return float(np.max(np.abs(difference[moves]) / deviation[moves]))

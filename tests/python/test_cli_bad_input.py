@@ -214,7 +214,7 @@ def test_a_logs_name_promises_what_is_written(
         "acquire": ["irma4", "no-plan.csv"],
     }
     ran = cli(command, *given[command], "-o", tmp_path / name)
-    assert_refused(ran, f"{name}: a log's name must end in .csv or .mcap")
+    assert_refused(ran, f"{name}: its ending is that of no log; give .mcap, or for CSV")
     assert not (tmp_path / name).exists()
 
 

@@ -53,10 +53,12 @@ def test_explain_knows_what_happens_once(cli: Cli, name: str) -> None:
     said = cli("explain", name).stdout
     document = json.loads(cli("explain", name, "--json").stdout)
     jsonschema.validate(document, schema("explain"))
-    for info in infos:
+    for info, held in zip(infos, (document, *document["also"]), strict=True):
         for words in (info.sentence, info.equation, info.remedy):
             assert words in " ".join(said.split())
-        assert info.sentence in document["sentence"]
+        assert (held["sentence"], held["remedy"]) == (info.sentence, info.remedy)
+        shapes = [parameter.shape.name for parameter in info.parameters]
+        assert [parameter["shape"] for parameter in held["parameters"]] == shapes
     assert ("try it: cdprcal demo --effect" in said) == (name != "contact")
     assert f"{name}=time_s," in said or name == "contact"
 

@@ -1348,6 +1348,55 @@ def test_who_maps_a_log_is_told_of_its_cut_last_line(
         assert f"the last line, {lines + 1}, is cut off and left out" in ran.stdout + ran.stderr
 
 
+@pytest.mark.parametrize(
+    ("text", "rows"),
+    [
+        ("t,a,b\n" + "".join(f"{i},{i}.5,2\n" for i in range(9)), 8),
+        ("{t: 99, a: 1}\n" + "".join(f"{{t: {i}, a: 1}}\n" for i in range(9)), 10),
+        ("SampleTime[ms],1\n" + "".join(f"{i},2.5\n" for i in range(9)), 8),
+        ("t,name,value\n" + "".join(f"{i // 2},{'ab'[i % 2]},2{i}.5\n" for i in range(12)), 6),
+    ],
+    ids=["CSV", "records", "TwinCAT Scope", "a reading a row"],
+)
+def test_nul_bytes_in_the_middle_are_lost_data(text: str, rows: int, tmp_path: Path) -> None:
+    """Without them a line may look whole: of the end of one row and the beginning of another."""
+    path = tmp_path / "power-cut.txt"
+    lines = text.splitlines(keepends=True)
+    of_record = lines[5].startswith("{")
+    lines[5] = "\0" * 40 + lines[5] if of_record else lines[5][:2] + "\0" * 40 + lines[5][2:]
+    path.write_text("".join(lines))
+    raw = read_raw(path)
+    assert raw.lost == "line 6"
+    assert {len(column.values) for column in raw.columns.values()} == {rows}
+    lines[8] = "\0" + lines[8]
+    path.write_text("".join(lines))
+    assert read_raw(path).lost == "line 6 (and 1 more, the last 9)"
+
+
+def test_who_maps_a_log_is_told_of_nul_bytes(
+    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+) -> None:
+    raw, the_map = SHAPES["kgf, unsaid"].make(synthetic.log, tmp_path), tmp_path / "map.yaml"
+    lines = raw.read_text().splitlines(keepends=True)
+    lines[100] = lines[100][:20] + "\0" * 512 + lines[102][20:]
+    raw.write_text("".join(lines))
+    assert "not used: NUL bytes in line 101" in (
+        cli("check", "irma4", raw, "--propose", the_map).stdout
+    )
+    ran = cli("import", raw, "-o", tmp_path / "run.csv", "--map", the_map)
+    assert "NUL bytes in line 101: what was to be written there is lost" in ran.stderr
+    assert len(cdprcal.read_log(tmp_path / "run.csv")) == len(synthetic.log) - 1
+
+
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be"])
+def test_utf_16_needs_no_mark(encoding: str, tmp_path: Path) -> None:
+    path = tmp_path / "unmarked.csv"
+    path.write_bytes(("Zeit,Länge\n" + "".join(f"{i},{i}.5\n" for i in range(9))).encode(encoding))
+    raw = read_raw(path)
+    assert (raw.lost, [*raw.columns]) == ("", ["Zeit", "Länge"])
+    assert len(raw.columns["Zeit"].values) == 9
+
+
 COLUMNS: dict[str, list[Any]] = {
     "t": [0.0, 0.1, 0.2],
     "length 1": [1.0, None, 3.0],

@@ -12,8 +12,11 @@ import json
 import os
 import pickle
 import re
+import signal
 import subprocess
 import sys
+import threading
+import time
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -116,6 +119,17 @@ def test_a_start_up_is_simulated_with_words(robot: cdprcal.Robot, tmp_path: Path
     assert cdprcal.format_log(other.log) != cdprcal.format_log(core.log)
     with pytest.raises(cdprcal.InputError, match="nonsense"):
         cdprcal.simulate_startup(robot, plan, effects=["nonsense=1"])
+
+
+def test_a_simulated_start_up_hears_ctrl_c(robot: cdprcal.Robot) -> None:
+    plan = cdprcal.make_plan(robot, grid=[2, 2, 2]).plan
+    options = cdprcal.SimulatorOptions(step_s=1e-5)  # it takes half a minute
+    timer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    begin_s = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        cdprcal.simulate_startup(robot, plan, simulator=options)
+    assert time.monotonic() - begin_s < 5.0
 
 
 def test_one_log_several_logs_and_files_of_any_kind(

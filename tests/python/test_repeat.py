@@ -56,6 +56,23 @@ def test_a_diagnosis_is_solved_again_from_its_file_alone(
     assert "the same again: consistent" in ran.stdout
 
 
+def test_a_platform_that_cannot_move_everywhere_is_solved_again(cli: Cli, tmp_path: Path) -> None:
+    """Its σ is zero in some directions, in which nothing can differ."""
+    log, path = tmp_path / "run.csv", tmp_path / "result.json"
+    cli("generate", "belts4", "--grid", "3x1x3", "-o", log)
+    cli("calibrate", "belts4", log, "-o", path)
+    ran = cli("repeat", path, "--json")
+    assert (ran.code, ran.stderr) == (0, "")
+    assert json.loads(ran.stdout)["difference_sigma"] < 0.1
+    document = json.loads(path.read_text())
+    for variance in (-1e-9, 0.0):
+        document["covariance"] = np.diag([variance] * 6).tolist()
+        path.write_text(json.dumps(document))
+        ran = cli("repeat", path)
+        assert ran.code == 2
+        assert "covariance: a variance is not positive; write it anew" in ran.stderr
+
+
 def test_another_result_is_noticed(cli: Cli, log_path: Path, tmp_path: Path) -> None:
     path = tmp_path / "result.json"
     cli("calibrate", "irma4", log_path, "-o", path)

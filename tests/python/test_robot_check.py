@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import cdprcal
+from cdprcal.check import check_robot
 from cdprcal.robot_template import BLANK, robot_template
 from conftest import Ran
 
@@ -52,6 +53,25 @@ def test_check_walks_through_the_template(cli: Cli, robot_name: str, tmp_path: P
     filled = cdprcal.load_robot(str(path))
     for mine, theirs in zip(filled.cables, robot.cables, strict=True):
         np.testing.assert_allclose(mine.pulley.axes_world, theirs.pulley.axes_world, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("robot_name", "said"),
+    [
+        ("irma4", "lengths 10 mm, swivels 1°, attitude 2°, tensions 10 N"),
+        ("belts4", "lengths 10 mm, tensions 10 N"),
+    ],
+)
+def test_default_sigma_is_told_of_what_a_robot_can_have(robot_name: str, said: str) -> None:
+    text, _, sensors = cdprcal.builtin_robot_yaml(robot_name).partition("  sigma:")
+    sensors = sensors.partition("\n")[2]
+    (found,) = check_robot(
+        cdprcal.parse_robot(f"{text}  sigma: {{}}\n{sensors}", "a.yaml")
+    ).findings
+    assert found.code == "default_sigma"
+    assert found.message.endswith(f"(eq. 18): {said}")
+    own = cdprcal.parse_robot(f"{text}  sigma: {{direct_length_m: 0.001}}\n{sensors}", "a.yaml")
+    assert check_robot(own).findings == ()
 
 
 def test_a_template_is_not_written_over_a_file(cli: Cli, tmp_path: Path) -> None:

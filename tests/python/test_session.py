@@ -10,16 +10,26 @@ from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 
+import jsonschema
 import pytest
+from ruamel.yaml import YAML
 
 import cdprcal
-from cdprcal.hardware.session import CanopenBus, load_session, parse_session, schema_text
+from cdprcal.hardware.session import (
+    CanopenBus,
+    load_session,
+    load_topics,
+    parse_session,
+    schema_text,
+)
 from cdprcal.hardware.session.file import shipped_schema
 from cdprcal.hardware.session.objects import object_type, parse_object
 from conftest import Ran
 from winch_bus import small_plan
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "canopen-simulated.yaml"
+#: Keys of a session that bags need none of.
+DEVICES = {"rate_Hz", "mode", "bus", "limits", "safety", "winches", "ahrs", "simulated"}
 
 
 @pytest.fixture(scope="module")
@@ -107,6 +117,28 @@ def test_shipped_schema_is_that_of_the_models() -> None:
         "python -m cdprcal.hardware.session > python/cdprcal/hardware/session/session.schema.json"
     )
     assert json.loads(schema_text())["title"] == "cdprcal session"
+
+
+@pytest.mark.parametrize(
+    ("without", "fits"),
+    [((), True), (DEVICES, True), (DEVICES - {"rate_Hz"}, False), ({"bus"}, False)],
+    ids=["whole", "topics alone", "a rate but no devices", "no bus"],
+)
+def test_the_schema_asks_for_devices_where_the_reader_does(
+    tmp_path: Path, without: set[str], fits: bool
+) -> None:
+    document = YAML(typ="safe").load(EXAMPLE.read_text()) | {"rate_Hz": 100.0}
+    document = {key: value for key, value in document.items() if key not in without}
+    validator = jsonschema.Draft202012Validator(json.loads(schema_text()))
+    assert validator.is_valid(document) == fits
+    path = tmp_path / "session.yaml"
+    with path.open("w") as stream:
+        YAML(typ="safe").dump(document, stream)
+    if fits:
+        load_topics(path)
+    else:
+        with pytest.raises(cdprcal.InputError, match="is missing"):
+            load_topics(path)
 
 
 def test_objects() -> None:

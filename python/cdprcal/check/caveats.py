@@ -78,9 +78,7 @@ def pauses(robot: _core.Robot, files: Sequence[LogFile], segment: int = -1) -> t
     None where a segment was chosen. Of several logs each is named. Raises InputError.
     """
     found: list[Finding] = []
-    for file in files:
-        if segment != -1 or _core.is_rest_list(file.log):
-            continue
+    for file in files if segment == -1 else ():
         segments = _core.segments(file.log)
         run = choose_segment(len(segments), segment)
         subject = Subject(robot, file, slice(segments[run].begin, segments[run].end))

@@ -12,6 +12,7 @@ import numpy as np
 from cdprcal import _core
 from cdprcal._core import InputError
 from cdprcal.findings import Finding, Severity
+from cdprcal.sensors import SENSORS
 from cdprcal.workspace import round_step_m
 from cdprcal.workspace.document import is_planar
 
@@ -168,14 +169,22 @@ def _inertia(robot: _core.Robot) -> Iterator[Finding]:
 
 def _sigma(robot: _core.Robot) -> Iterator[Finding]:
     default = _core.SensorSigma()
-    names = ("length_m", "swivel_rad", "attitude_rad", "tension_N")
-    if all(getattr(robot.sigma, name) == getattr(default, name) for name in names):
-        yield _finding(
-            "info",
-            "default_sigma",
-            "the sensors' sigma is that of the paper (eq. 18): 10 mm, 1°, 2°, 10 N",
-            "enter your sensors' own under sensors: sigma, if you know them",
-        )
+    names = (sensor.sigma_field or "" for sensor in SENSORS.values())
+    if any(getattr(robot.sigma, name) != getattr(default, name) for name in names):
+        return
+    usual = [f"lengths {1e3 * default.length_m:g} mm"]
+    if not is_planar(robot):  # in a plane no pulley swivels
+        usual.append(f"swivels {math.degrees(default.swivel_rad):g}°")
+    if "R" in robot.platform.motion:
+        usual.append(f"attitude {math.degrees(default.attitude_rad):g}°")
+    usual.append(f"tensions {default.tension_N:g} N")
+    yield _finding(
+        "info",
+        "default_sigma",
+        "what sensors there are count with the default sigma, that of the paper (eq. 18): "
+        + ", ".join(usual),
+        "enter your sensors' own under sensors: sigma, if you know them",
+    )
 
 
 def _hangs(robot: _core.Robot) -> tuple[float | None, list[Finding]]:

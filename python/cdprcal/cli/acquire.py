@@ -15,6 +15,7 @@ from cdprcal.command import (
     WITH_CAVEATS,
     EffectsOption,
     JsonOption,
+    LogOutputOption,
     RobotArgument,
     fail,
     keep_apart,
@@ -27,9 +28,8 @@ from cdprcal.completion import injected_effects
 if TYPE_CHECKING:
     from cdprcal import _core
     from cdprcal.acquisition import Acquired, Guide
-    from cdprcal.hardware.connect import SessionBackend
+    from cdprcal.hardware.drives.backend import FieldbusBackend
     from cdprcal.hardware.session import Session
-    from cdprcal.testing.simulated_devices.connect import SimulatedSession
 
 EXAMPLE = (
     "Example: cdprcal plan irma4 -o plan.csv && cdprcal acquire irma4 plan.csv --seed 3 -o run.mcap"
@@ -44,15 +44,7 @@ def command(
     plan: Annotated[
         str, typer.Argument(metavar="PLAN", help="Plan file (CSV), as cdprcal plan writes it.")
     ],
-    output: Annotated[
-        str,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="LOG",
-            help="Canonical log: .csv, or .mcap; written while the robot moves.",
-        ),
-    ],
+    output: LogOutputOption,
     backend: Annotated[
         str, typer.Option(metavar="simulated|canopen|ethercat", help="Which robot to drive.")
     ] = "simulated",
@@ -260,7 +252,7 @@ def command(
         background=paced,
         on_way=pose_guard.admit,
     )
-    device: SimulatedBackend | SessionBackend | SimulatedSession
+    device: SimulatedBackend | FieldbusBackend
     if wired is None:
         device = SimulatedBackend.somewhere(
             the_robot, the_plan, options, velocity_limit_m_s=startup.velocity_limit_m_s, speed=speed

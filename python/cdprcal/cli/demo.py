@@ -116,7 +116,9 @@ def command(
     )
     page = folder / REPORT
     if draws:
-        drawn += write_pictures(diagnosis_as_dict(hidden.diagnosis, the_robot), folder)
+        drawn += write_pictures(
+            diagnosis_as_dict(hidden.diagnosis, the_robot, [hidden.run.log]), folder
+        )
         story.write_hidden_report(the_robot, hidden, page)
     if not json:
         out = answers()

@@ -15,10 +15,8 @@ if TYPE_CHECKING:
     from rich.console import Group
 
     from cdprcal import _core
-    from cdprcal.hardware.connect import SessionBackend
     from cdprcal.hardware.drives.backend import FieldbusBackend
     from cdprcal.hardware.session import Session
-    from cdprcal.testing.simulated_devices.connect import SimulatedSession
 
 
 def session_for(backend: str, path: str) -> Session:
@@ -64,11 +62,11 @@ def connect(
     options: _core.SimulatorOptions,
     *,
     armed: bool,
-) -> SessionBackend | SimulatedSession:
+) -> FieldbusBackend:
     """The devices; ends the command with exit code 1 when one does not answer or obey."""
     from cdprcal.hardware import BackendError
 
-    backend: SessionBackend | SimulatedSession
+    backend: FieldbusBackend
     try:
         if session.is_simulated:
             from cdprcal.testing.simulated_devices.connect import SimulatedSession
@@ -100,16 +98,14 @@ def connect(
     return backend
 
 
-def confirm(backend: SessionBackend | SimulatedSession, *, yes: bool) -> None:
+def confirm(backend: FieldbusBackend, *, yes: bool) -> None:
     """Has the operator say that these limits are meant; ends the command when they are not.
 
     Simulated drives need no word. Where nobody can be asked ``yes`` is needed.
     """
     import sys
 
-    from cdprcal.hardware.connect import SessionBackend
-
-    if yes or not isinstance(backend, SessionBackend):
+    if yes or not backend.is_real:
         return
     if not sys.stdin.isatty():
         backend.stop()
@@ -218,7 +214,6 @@ class _Screen:
             self._live.update(_table(self._backend, sample), refresh=True)
 
     def end(self, sample: _core.RobotSample, *, json: bool) -> None:
-        from cdprcal.hardware.connect import SessionBackend
         from cdprcal.terminal import answers, notes, say
 
         out = notes() if json else answers()
@@ -226,8 +221,7 @@ class _Screen:
         if self._backend.tripped:
             say(out, f"would have stopped: {self._backend.tripped}")
         # Simulated drives are armed unless the run is to be dry.
-        real = isinstance(self._backend, SessionBackend)
-        move = "add --arm" if real else "leave out --dry-run"
+        move = "add --arm" if self._backend.is_real else "leave out --dry-run"
         say(out, f"dry run: no drive was enabled and no log written; to move, {move}")
 
 

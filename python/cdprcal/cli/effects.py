@@ -210,10 +210,8 @@ def _size(info: _core.EffectInfo, parameter: _core.EffectParameter, internal: fl
 
 def _documents(infos: list[_core.EffectInfo]) -> dict[str, Any]:
     """Of one name: what else it may be stands beside."""
-    return _document(infos[0]) | {
-        "sentence": "; or: ".join(info.sentence for info in infos),
-        "equation": "; or: ".join(dict.fromkeys(info.equation for info in infos)),
-    }
+    first, *others = map(_document, infos)
+    return first | {"also": others}
 
 
 def _of_fault(name: str, description: str) -> dict[str, Any]:
@@ -230,6 +228,7 @@ def _of_fault(name: str, description: str) -> dict[str, Any]:
         "scope": "run",
         "formula": None,
         "parameters": [],
+        "also": [],
     }
 
 
@@ -256,4 +255,5 @@ def _document(info: _core.EffectInfo) -> dict[str, Any]:
             }
             for parameter in info.parameters
         ],
+        "also": [],
     }

@@ -11,6 +11,7 @@ import typer
 from cdprcal.cli.plan_file import plan_of
 from cdprcal.command import (
     ForceOption,
+    LogOutputOption,
     RobotArgument,
     fail,
     keep_apart,
@@ -32,10 +33,7 @@ EXAMPLE = "Example: cdprcal generate irma4 --grid 3x3x3 -o run.csv --truth truth
 @reports_errors
 def command(
     robot: RobotArgument,
-    output: Annotated[
-        str,
-        typer.Option("-o", "--output", metavar="FILE", help="Canonical log: .csv, or .mcap."),
-    ],
+    output: LogOutputOption,
     grid: Annotated[
         str,
         typer.Option(

@@ -12,6 +12,7 @@ from cdprcal.command import (
     UNTRUSTED,
     ForceOption,
     LogArgument,
+    LogOutputOption,
     MapOption,
     fail,
     keep_apart,
@@ -33,10 +34,7 @@ EXAMPLE = (
 @reports_errors
 def command(
     raw: LogArgument,
-    output: Annotated[
-        str,
-        typer.Option("-o", "--output", metavar="FILE", help="Canonical log: .csv, or .mcap."),
-    ],
+    output: LogOutputOption,
     map_: MapOption = "",
     inputs: Annotated[
         str,

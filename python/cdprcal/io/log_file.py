@@ -51,7 +51,10 @@ def is_mcap_name(path: Path) -> bool:
     ending = path.suffix.lower()
     is_number = ending[1:2].isdigit()  # run_0.5mm
     if ending not in (*_ENDINGS_OF_TEXT, ".mcap") and not is_number:
-        raise InputError(f"{shown_path(path)}: a log's name must end in .csv or .mcap")
+        raise InputError(
+            f"{shown_path(path)}: its ending is that of no log; give .mcap, or for CSV .csv or one "
+            "of plain text"
+        )
     if ending == ".mcap":
         need("mcap", of=str(path))
     return ending == ".mcap"

@@ -209,7 +209,8 @@ def _unpacked(packed: Mapping[str, str], name: str) -> _core.Log:
 
 
 def _require_sense(document: Mapping[str, Any], name: str) -> None:
-    """What a schema cannot say: rotations are rotations, variances positive."""
+    """What a schema cannot say: rotations are rotations, variances positive, or zero where the
+    platform cannot move."""
     poses = [
         document.get(key) for key in ("initial_pose", "initial_pose_before", "initial_pose_after")
     ]
@@ -221,7 +222,10 @@ def _require_sense(document: Mapping[str, Any], name: str) -> None:
             raise InputError(f"{name}: is damaged: a rotation in it is none; write it anew")
     for key in ("covariance", "covariance_before", "covariance_after"):
         covariance = document.get(key)
-        if covariance is not None and not np.all(np.diag(np.array(covariance, dtype=float)) > 0.0):
+        if covariance is None:
+            continue
+        variance = np.diag(np.array(covariance, dtype=float))
+        if not (np.all(variance >= 0.0) and np.any(variance > 0.0)):
             raise InputError(
                 f"{name}: is damaged: {key}: a variance is not positive; write it anew"
             )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -69,8 +70,20 @@ def apply_map(raw: RawTable, the_map: Map, source: str, robot: _core.Robot | Non
     log = Log(time_s=rows.time_s, source=shown_path(raw.path), **arrays)
     line = None if raw.line is None else raw.line[rows.kept]
     cut = () if raw.cut_line is None else (cut_off(raw.cut_line),)
-    findings = (*rows.findings, *cut, *rows.marks())
+    findings = (*rows.findings, *_lost(raw), *cut, *rows.marks())
     return LogFile(raw.path, "mapped", log, findings, line=line)
+
+
+def _lost(raw: RawTable) -> Iterator[Finding]:
+    """That the file holds NUL bytes."""
+    if raw.lost:
+        yield Finding(
+            severity="warning",
+            code="nul_padding",
+            message=f"NUL bytes in {raw.lost}: what was to be written there is lost",
+            remedy="the rest is used; close the log properly before power-off",
+            line=raw.lost_lines[0],
+        )
 
 
 class _Rows:

@@ -14,6 +14,7 @@ from dataclasses import replace
 from datetime import datetime
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,6 +28,7 @@ SEPARATORS = (";", "\t", ",", "|", " ")
 _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 _SAMPLED = 200  # lines are enough to tell a form by
 _PREAMBLE = 30  # lines
+_LOOKED_AT = 4096  # bytes
 _COMMENT = "#%"
 _MARK = re.compile(rf"^\s*[{_COMMENT}]+\s*")
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
@@ -59,13 +61,13 @@ _UNIT = re.compile(r"[\[(]?\s*[^\s\d\[\]();,]{0,6}(/[^\s\d\[\]();,]{1,4})?\s*[\]
 def read_delimited(path: Path, form: DelimitedForm | None = None) -> RawTable:
     """Reads text in columns; ``form`` None: found. Raises InputError naming file and line."""
     name = shown_path(path)
-    lines, encoding = text_lines(path, form)
+    lines, encoding, lost = text_lines(path, form)
     try:
         if form is not None:
             _refuse_other_separator(name, lines, form)
         found = form or _form_of(lines, encoding)
         if found is not None:
-            return _table(path, lines, found)
+            return replace(_table(path, lines, found), lost_lines=lost)
     except csv.Error:  # a quote that nothing ends, most likely
         most = csv.field_size_limit()
         number = next((i for i, line in enumerate(lines, start=1) if len(line) > most), 1)
@@ -123,9 +125,19 @@ def table_of_lines(
     return replace(table, kind=kind, form=None, left_out=left_out)
 
 
-def text_lines(path: Path, form: DelimitedForm | None = None) -> tuple[list[str], str]:
-    """The lines of a text, and its encoding: of a form, or found. Of a last line that was reserved
-    and not filled a NUL is left, for a row that is cut off. Raises InputError."""
+class Text(NamedTuple):
+    """The lines of a text, and its encoding. ``lost``: lines, from 1, that hold NUL bytes, which is
+    space that was reserved and not filled; they are left empty, but for the last one: it is a NUL
+    alone, for a row that is cut off."""
+
+    lines: list[str]
+    encoding: str
+    lost: tuple[int, ...] = ()
+
+
+def text_lines(path: Path, form: DelimitedForm | None = None) -> Text:
+    """The text of a file in the encoding of a form, or in the one that is found. Raises
+    InputError."""
     refuse_many_lines(path)
     data = read_bytes(path)
     encoding = form.encoding if form is not None else _encoding(data)
@@ -140,15 +152,20 @@ def text_lines(path: Path, form: DelimitedForm | None = None) -> tuple[list[str]
         ) from None
     lines = text.splitlines()
     if "\0" not in text:
-        return lines, encoding
-    cut = ["\0"] if "\0" in lines[-1] else []
-    return [line.replace("\0", "") for line in lines[: len(lines) - len(cut)]] + cut, encoding
+        return Text(lines, encoding)
+    *above, last = lines
+    lost = tuple(number for number, line in enumerate(above, start=1) if "\0" in line)
+    lines = ["" if "\0" in line else line for line in above]
+    return Text([*lines, "\0" if "\0" in last else last], encoding, lost)
 
 
 def _encoding(data: bytes) -> str:
     for mark, encoding in _MARKS:
         if data.startswith(mark):
             return encoding
+    even, odd = (data[start:_LOOKED_AT:2].count(0) for start in (0, 1))
+    if 4 * max(even, odd) > min(len(data), _LOOKED_AT) and not min(even, odd):
+        return "utf-16-be" if even else "utf-16-le"  # of letters of English, without a mark
     try:
         data.decode("utf-8")
     except UnicodeDecodeError:

@@ -15,7 +15,14 @@ from cdprcal._core import InputError
 from cdprcal.io.files import shown_path, shown_text
 from cdprcal.io.marks import says_nothing
 from cdprcal.mapping.common_time import nearest, on_common_time
-from cdprcal.mapping.delimited import cells_of, clock_column, is_number, numbers_in, text_lines
+from cdprcal.mapping.delimited import (
+    Text,
+    cells_of,
+    clock_column,
+    is_number,
+    numbers_in,
+    text_lines,
+)
 from cdprcal.mapping.raw import Column, Floats, RawTable
 from cdprcal.mapping.recognise import taken_apart
 from cdprcal.mapping.units import unit_named
@@ -47,9 +54,9 @@ def one_a_row_in_text(path: Path, head: bytes) -> RawTable | None:
     found = _form_in_text(path, head)
     if found is None:
         return None
-    lines, separator, form = found
-    cells = [cells_of(line, separator) for line in lines.values()]
-    return _table(path, cells, [*lines], form)
+    text, kept, separator, form = found
+    cells = [cells_of(text.lines[number - 1], separator) for number in kept]
+    return replace(_table(path, cells, kept, form), lost_lines=text.lost)
 
 
 def one_a_row(path: Path, cells: Sequence[list[str]], at: Sequence[int]) -> RawTable | None:
@@ -65,18 +72,19 @@ def one_a_row(path: Path, cells: Sequence[list[str]], at: Sequence[int]) -> RawT
     return None if form is None else _table(path, cells, at, form)
 
 
-def _form_in_text(path: Path, head: bytes) -> tuple[dict[int, str], str, _Form] | None:
-    """The lines of a text by number, but for empty ones and comments, their separator and form."""
+def _form_in_text(path: Path, head: bytes) -> tuple[Text, list[int], str, _Form] | None:
+    """A text, which of its lines, from 1, are neither empty nor comments, their separator and
+    form."""
     some = head.decode("latin-1").splitlines()
     if not any(map(_has_words, some[len(some) // 2 :][:3])):
         return None  # rows of numbers alone: there is no need to look at all of the file
-    lines = {
-        number: line
-        for number, line in enumerate(text_lines(path)[0], start=1)
+    text = text_lines(path)
+    kept = [
+        number
+        for number, line in enumerate(text.lines, start=1)
         if line.strip() and not line.startswith("#")
-    }
-    kept = [*lines.values()]
-    sample = [kept[i] for i in _sample(len(kept))]
+    ]
+    sample = [text.lines[kept[i] - 1] for i in _sample(len(kept))]
     for separator in _SEPARATORS:
         try:
             cut = [cells_of(line, separator) for line in sample]
@@ -85,7 +93,7 @@ def _form_in_text(path: Path, head: bytes) -> tuple[dict[int, str], str, _Form] 
         for decimal in (".",) if separator == "," else (".", ","):
             form = _form_of(cut, decimal)
             if form is not None:
-                return lines, separator, form
+                return text, kept, separator, form
     return None
 
 

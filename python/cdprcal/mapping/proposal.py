@@ -123,12 +123,14 @@ class Proposal:
         )
 
     def unused(self) -> list[str]:
-        """Columns that no line takes, in the order of the file, then what is no column, and the
-        last line where it is cut off."""
+        """Columns that no line takes, in the order of the file, then what is no column, lines with
+        NUL bytes, and the last line where it is cut off."""
         used = {*self.time.columns, *(c for line in self.lines for c in line.columns)}
         cut_line = self.raw.cut_line
         cut = [] if cut_line is None else [f"line {cut_line}, which is cut off"]
-        return [*(name for name in self.raw.columns if name not in used), *self.raw.left_out, *cut]
+        lost = [f"NUL bytes in {self.raw.lost}"] if self.raw.lost else []
+        columns = (name for name in self.raw.columns if name not in used)
+        return [*columns, *self.raw.left_out, *lost, *cut]
 
     def map(self) -> Map:
         """The mapping itself."""

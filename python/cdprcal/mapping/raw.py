@@ -48,7 +48,8 @@ class DelimitedForm:
 class RawTable:
     """A raw file: its kind (csv, one a row, records, json, mat, arrow, bag) and its columns in the
     order of the file; ``left_out``: what it holds beside them that is no column of numbers;
-    ``cut_line``: its last line, from 1, where that is cut off and left out."""
+    ``cut_line``: its last line, from 1, where that is cut off and left out; ``lost_lines``: those
+    with NUL bytes in them, where something was to be written."""
 
     path: Path
     kind: str
@@ -57,6 +58,15 @@ class RawTable:
     line: NDArray[np.int64] | None = None  #: of each row, from 1
     left_out: tuple[str, ...] = ()
     cut_line: int | None = None
+    lost_lines: tuple[int, ...] = ()
+
+    @property
+    def lost(self) -> str:
+        """Where the NUL bytes are, for people; empty: there are none."""
+        if not self.lost_lines:
+            return ""
+        first, *more = self.lost_lines
+        return f"line {first}" + (f" (and {len(more)} more, the last {more[-1]})" if more else "")
 
     def readings(self, name: str) -> Column:
         """A column whose every cell could be read. Raises InputError naming line and cell."""

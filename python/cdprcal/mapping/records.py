@@ -81,7 +81,16 @@ def read_records(path: Path) -> RawTable:
     columns["run"] = Column(np.array(runs, dtype=np.float64))
     at = np.array(lines, dtype=np.int64)
     cut_line = None if cut_at < 0 else text.count("\n", 0, cut_at) + 1
-    return RawTable(path, "records", columns, line=at, left_out=tuple(left_out), cut_line=cut_line)
+    whole = text[:end].split("\n") if "\0" in text else []
+    return RawTable(
+        path,
+        "records",
+        columns,
+        line=at,
+        left_out=tuple(left_out),
+        cut_line=cut_line,
+        lost_lines=tuple(number for number, line in enumerate(whole, start=1) if "\0" in line),
+    )
 
 
 def _cut_at(text: str, end: int) -> int:

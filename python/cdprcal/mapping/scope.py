@@ -28,7 +28,7 @@ def read_scope(path: Path) -> RawTable:
     """Reads the signals by their names, on the union of their times; empty where a signal has no
     sample. Raises InputError naming the line."""
     name = shown_path(path)
-    lines, _ = text_lines(path)
+    lines, _, lost = text_lines(path)
     header = next(i for i, line in enumerate(lines) if line.startswith(_SAMPLE_TIME))
     separator = next((s for s in "\t;," if s in lines[header]), "\t")
     rows = [[cell.strip() for cell in line.split(separator)] for line in lines]
@@ -56,7 +56,7 @@ def read_scope(path: Path) -> RawTable:
     if not len(time_ms):
         raise InputError(f"{name}: has no row of numbers; give an export with the samples too")
     columns = {_TIME: Column(time_ms, unit="ms"), **columns}
-    return RawTable(path, "scope", columns, cut_line=cut_line)
+    return RawTable(path, "scope", columns, cut_line=cut_line, lost_lines=lost)
 
 
 def _signal_names(rows: list[list[str]], wide: int) -> list[str]:

@@ -53,6 +53,9 @@ class FieldbusBackend:
     then closed.
     """
 
+    #: Whether something may really move, so that the operator has to mean it.
+    is_real = True
+
     def __init__(
         self,
         session: Session,

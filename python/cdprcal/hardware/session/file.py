@@ -32,8 +32,16 @@ def parse_session(text: str, source: str) -> Session:
 
 
 def schema_text() -> str:
-    """The JSON schema as it is shipped."""
-    schema = Session.model_json_schema() | {
+    """The JSON schema as it is shipped.
+
+    As for load_topics, only a file of devices must have all that moving a robot needs.
+    """
+    schema = Session.model_json_schema()
+    of_devices = [name for name in schema["properties"] if name not in TopicMap.model_fields]
+    needed = [name for name in schema["required"] if name in of_devices]
+    schema |= {
+        "required": [name for name in schema["required"] if name not in needed],
+        "dependentRequired": dict.fromkeys(of_devices, needed),
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "cdprcal session",
     }

@@ -28,6 +28,7 @@ class SimulatedSession(FieldbusBackend):
     ``simulated``: the robot itself, if it is in this process.
     """
 
+    is_real = False
     simulated: SimulatedRobotOnCan | None = None
 
     @classmethod
