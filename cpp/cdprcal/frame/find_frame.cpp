@@ -52,10 +52,10 @@ std::optional<Estimate> weight(const Solved& s) {
   return Estimate{mean, std::sqrt(spread / count)};
 }
 
-/// At how many poses no pull of the cables holds a body: it is taken to be elsewhere. Of points the
-/// mirror image is chosen by that.
+/// At how many poses no pull of the cables holds the platform: it is taken to be elsewhere. Where
+/// closed forms have all poses at once, the mirror image is chosen by that.
 std::size_t cables_push(const Solved& s) {
-  if (row_of(s.problem.robot.platform.motion).is_point()) return 0;
+  if (is_closed_form(s.problem)) return 0;
   const Robot robot = moved(s.problem, s.state.values);
   return static_cast<std::size_t>(
       std::count_if(s.state.poses.begin(), s.state.poses.end(),

@@ -81,7 +81,7 @@ Minima minima(const FrameProblem& problem, std::vector<FrameState> begin, bool d
     follow(problem, max_iterations, state);
     if (std::isfinite(state.cost) && take(std::move(state), out)) break;
   }
-  if (!draw || row_of(problem.robot.platform.motion).is_point()) return out;
+  if (!draw || is_closed_form(problem)) return out;
   out.drawn = true;
   out.of_best = std::min(out.of_best, 1);  // those began with the same pulleys
   for (int k = 1; k <= kMostDrawn; ++k) {

@@ -16,8 +16,8 @@ struct Minima {
   [[nodiscard]] bool is_sure() const { return !drawn || of_best > 1 || each.size() == 1; }
 };
 
-/// Of points the best of `begin`; the first that two of these agree upon ends the search. The poses
-/// of a platform that turns hold a frame in a minimum that is not the best: beside `begin` frames
+/// Of closed forms the best of `begin`; the first that two of these agree upon ends the search. The
+/// poses of other platforms hold a frame in a minimum that is not the best: beside `begin` frames
 /// are tried that are drawn from what the robot file says of the pulleys, until one ends in the
 /// best, or, where others end elsewhere, several do (`draw`: whether).
 Minima minima(const FrameProblem& problem, std::vector<FrameState> begin, bool draw,

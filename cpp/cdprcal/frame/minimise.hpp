@@ -12,6 +12,7 @@ struct FrameState {
   double cost = kNaN;  ///< ½ Σ (residual/σ)² + prior
   bool settled = false;
   int iterations = 0;
+  bool hangs = false;  ///< whether poses at which cables would have to push are passed over
 };
 
 /// ½ Σ (residual/σ)² + prior; NaN where a pose cannot be evaluated.

@@ -40,30 +40,36 @@ std::vector<Pose> places(const FrameProblem& problem, const Robot& robot) {
   return out;
 }
 
-/// Every pose to its own readings, from the middle or around it, or the one before it. Where
-/// `held`, one at which cables would have to push is taken only if no other is found.
-void settle_all(const FrameProblem& problem, FrameState& state, bool held) {
+/// Where a pose settles, and whether cables would have to push there, if that matters.
+struct Settled {
+  Pose pose;
+  double cost = std::numeric_limits<double>::infinity();
+  bool pushed = true;
+};
+/// From the best of some places by its own readings; of minima that fit alike the first. Where the
+/// state hangs, one at which cables would have to push is taken only if no other is found.
+Settled settled(const FrameProblem& problem, const Robot& robot, const FrameState& state,
+                const FramePose& from, const std::vector<Pose>& tries) {
+  Settled best{.pose = tries.front()};
+  for (Pose pose : tries) {
+    const double cost = settle_pose(problem, robot, state.values, from, pose);
+    if (!std::isfinite(cost)) continue;
+    const bool pushed = state.hangs && unheld_share(robot, pose) > kUnheld;
+    const bool better = pushed == best.pushed ? cost + kBetter * (1.0 + cost) < best.cost : !pushed;
+    if (better) best = {pose, cost, pushed};
+  }
+  return best;
+}
+
+/// Every pose to its own readings, from the level pose in the middle, around it, or the one before.
+void settle_all(const FrameProblem& problem, FrameState& state) {
   const Robot robot = moved(problem, state.values);
   const std::vector<Pose> around = places(problem, robot);
   state.poses.clear();
   for (const FramePose& from : problem.poses) {
     std::vector<Pose> tries = around;
     if (!state.poses.empty()) tries.push_back(state.poses.back());
-    double least = std::numeric_limits<double>::infinity();
-    bool best_pushed = true;
-    Pose best = tries.front();
-    for (Pose pose : tries) {
-      const double cost = settle_pose(problem, robot, state.values, from, pose);
-      if (!std::isfinite(cost)) continue;
-      // Of minima that fit alike the first: from the level pose in the middle.
-      const bool pushed = held && unheld_share(robot, pose) > kUnheld;
-      const bool better = pushed == best_pushed ? cost + kBetter * (1.0 + cost) < least : !pushed;
-      if (!better) continue;
-      best = pose;
-      least = cost;
-      best_pushed = pushed;
-    }
-    state.poses.push_back(best);
+    state.poses.push_back(settled(problem, robot, state, from, tries).pose);
   }
 }
 
@@ -75,7 +81,8 @@ void hang(FrameProblem problem, FrameState& state) {
   for (const Channel channel : {Channel::swivel, Channel::yaw}) {
     problem.sigma[static_cast<std::size_t>(channel)] = kNoWeight_rad;
   }
-  settle_all(problem, state, true);
+  state.hangs = true;
+  settle_all(problem, state);
   problem.sigma = sigma;
   settle_offsets(problem, state);
 }
@@ -258,6 +265,10 @@ std::optional<ClosedForm> closed_form(const Eigen::MatrixXd& lengths, int dimens
   return out;
 }
 
+bool is_closed_form(const FrameProblem& problem) {
+  return row_of(problem.robot.platform.motion).is_point() && all_whole(problem);
+}
+
 void settle_offsets(const FrameProblem& problem, FrameState& state) {
   const FrameUnknowns& u = problem.unknowns;
   const Robot robot = moved(problem, state.values);
@@ -290,27 +301,25 @@ void settle_offsets(const FrameProblem& problem, FrameState& state) {
 }
 
 bool improve_poses(const FrameProblem& problem, FrameState& state) {
-  if (row_of(problem.robot.platform.motion).is_point()) return false;
+  if (is_closed_form(problem)) return false;
   const Robot robot = moved(problem, state.values);
   const std::vector<Pose> around = places(problem, robot);
   bool any = false;
   for (std::size_t i = 0; i < state.poses.size(); ++i) {
-    double least = settle_pose(problem, robot, state.values, problem.poses[i], state.poses[i]);
-    std::vector<Pose> tries = around;
+    const Settled now = settled(problem, robot, state, problem.poses[i], {state.poses[i]});
+    std::vector<Pose> tries{state.poses[i]};
+    tries.insert(tries.end(), around.begin(), around.end());
     for (const std::size_t other : like(problem, i)) tries.push_back(state.poses[other]);
-    for (Pose pose : tries) {
-      const double cost = settle_pose(problem, robot, state.values, problem.poses[i], pose);
-      if (!(cost < least - kBetter * (1.0 + least))) continue;
-      least = cost;
-      state.poses[i] = pose;
-      any = true;
-    }
+    const Settled best = settled(problem, robot, state, problem.poses[i], tries);
+    if (now.pushed == best.pushed && !(best.cost < now.cost)) continue;
+    state.poses[i] = best.pose;
+    any = true;
   }
   return any;
 }
 
 bool improve_frame(const FrameProblem& problem, FrameState& state, int max_iterations) {
-  if (row_of(problem.robot.platform.motion).is_point()) return false;
+  if (is_closed_form(problem)) return false;
   const Robot robot = moved(problem, state.values);
   std::vector<std::pair<double, std::size_t>> by_cost;
   for (std::size_t i = 0; i < state.poses.size(); ++i) {
@@ -367,8 +376,8 @@ FrameState drawn_start(const FrameProblem& problem, std::uint64_t draw) {
 std::vector<FrameState> starts(const FrameProblem& problem) {
   const FrameUnknowns& u = problem.unknowns;
   std::vector<FrameState> out;
-  const bool is_point = row_of(problem.robot.platform.motion).is_point();
-  if (is_point && all_whole(problem)) {
+  const bool closed = is_closed_form(problem);
+  if (closed) {
     const double shortest = whole_lengths(problem, 0.0).minCoeff();
     for (const double share : kOffsets) {
       if (share != 0.0 && u.direct_offset_count == 0) break;
@@ -378,10 +387,10 @@ std::vector<FrameState> starts(const FrameProblem& problem) {
   FrameState file;
   file.values = Eigen::VectorXd::Zero(u.size);
   const FrameState nothing = file;
-  settle_all(problem, file, false);
+  settle_all(problem, file);
   settle_offsets(problem, file);
   out.push_back(std::move(file));
-  if (!is_point) {
+  if (!closed) {
     FrameState hanging = nothing;
     hang(problem, hanging);
     out.push_back(std::move(hanging));

@@ -20,6 +20,8 @@ struct ClosedForm {
 /// `lengths`: poses × n [m]. nullopt: too few poses, or readings that no such map explains.
 std::optional<ClosedForm> closed_form(const Eigen::MatrixXd& lengths, int dimensions);
 
+/// Whether poses follow from the lengths alone, and not from what the file says of the pulleys.
+bool is_closed_form(const FrameProblem& problem);
 /// States to begin with, from the robot file's pulleys (of bodies with all readings, and with
 /// lengths, roll and pitch alone where cables pull) and, of points, from the lengths alone at
 /// several offsets, turned and mirrored to agree best with the file's pulleys.
@@ -28,8 +30,9 @@ std::vector<FrameState> starts(const FrameProblem& problem);
 FrameState drawn_start(const FrameProblem& problem, std::uint64_t draw);
 /// Offsets as the poses have them: means of reading − model.
 void settle_offsets(const FrameProblem& problem, FrameState& state);
-/// Poses of a platform that turns may sit in minima of their own that are not the best: each is
-/// tried again from elsewhere with the pulleys as they are now. Says whether any is better so.
+/// Poses of a platform that turns, or of a point whose whole lengths nobody read, may sit in minima
+/// of their own that are not the best (above the pulleys, for one): each is tried again from
+/// elsewhere with the pulleys as they are now. Says whether any is better so.
 bool improve_poses(const FrameProblem& problem, FrameState& state);
 /// Such poses bend the frame until they fit: it is solved without those that fit worst, and with
 /// all of them, tried anew, from there. Says whether that is better.

@@ -490,6 +490,38 @@ TEST(Frame, OfMastsOfOneHeightHangsBelowThem) {
   }
 }
 
+/// Changes of length near pulleys of about one height fit a point above them nearly as well.
+TEST(Frame, OfChangesOfLengthHasNoPoseAboveItsPulleys) {
+  constexpr double kTape_m = 0.05;
+  for (unsigned seed = 0; seed < 6; ++seed) {
+    SCOPED_TRACE(seed);
+    Rng rng(350 + seed);
+    std::normal_distribution<double> off(0.0, kTape_m);
+    std::vector<Vector3> places{
+        {-3.1, 1.5, 3.7}, {-0.6, -3.4, 3.4}, {3.4, -0.5, 3.5}, {0.7, 3.4, 3.4}};
+    const Robot truth = belts(places, Motion::t3);
+    for (Vector3& place : places) place += Vector3(off(rng), off(rng), off(rng));
+    Robot file = belts(places, Motion::t3);
+    for (Cable& cable : file.cables) cable.pulley.position_sigma_m.setConstant(kTape_m);
+    Log log = in_box(truth, 40, {-1.5, -1.5, 0.4}, {1.5, 1.5, 2.7}, rng);
+    log.length_m = log.direct_length_m.rowwise() - log.direct_length_m.row(0).eval();
+    log.direct_length_m.resize(log.time_s.size(), 0);
+    const FrameResult found = find_frame(file, {log});
+    ASSERT_EQ(found.status, FrameStatus::converged) << found.reason;
+    EXPECT_LT(found.rms_m, kNoise_m);
+    const double sigma_m = found.covariance.diagonal().cwiseSqrt().maxCoeff();
+    for (std::size_t i = 0; i < 4; ++i) {
+      for (std::size_t k = 0; k < i; ++k) {
+        const auto apart_m = [&](const Robot& robot) {
+          return (robot.cables[i].pulley.position_m - robot.cables[k].pulley.position_m).norm();
+        };
+        EXPECT_LT(std::abs(apart_m(found.corrected) - apart_m(truth)), 4.0 * sigma_m);
+      }
+    }
+    for (const Pose& pose : found.poses) EXPECT_LT(pose.position_m.z(), 3.2);
+  }
+}
+
 TEST(Frame, ThatNothingTellsFromItsMirrorImageIsSaidToBeEither) {
   Rng rng(11);
   std::vector<Vector3> lying = corners(), in_line;
