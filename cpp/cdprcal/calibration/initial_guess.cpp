@@ -113,6 +113,35 @@ std::optional<Pose> ideal_pose(const Robot& robot, const Measurement& m,
   return direct_guess(robot, m, m.tension_N, effects, start);
 }
 
+/// How badly tensions, where all were read, balance at a pose [nat]; 0 where they were not.
+double unbalanced(const Robot& robot, const CableVector& tension_N, const Pose& pose) {
+  if (tension_N.size() != robot.cable_count() || !tension_N.allFinite()) return 0.0;
+  const double off_N = unbalanced_N(robot, platform_state(robot, pose), tension_N);
+  const double sigma_N = robot.sigma.tension_N;
+  return 0.5 * off_N * off_N / (sigma_N * sigma_N * robot.cable_count());
+}
+
+/// The best fit from several starts; of those that fit alike, the one that balances best, and the
+/// first.
+std::optional<Pose> best_estimate(const Robot& robot, const AbsoluteReadings& readings,
+                                  const std::vector<Pose>& starts,
+                                  const CableVector& tension_N = {}) {
+  constexpr double kBetter = 1e-3;
+  std::optional<Pose> best;
+  double least = std::numeric_limits<double>::infinity();
+  Matrix6 hessian;
+  Vector6 gradient;
+  for (const Pose& start : starts) {
+    const Pose pose = estimate_pose(robot, readings, start);
+    const double cost = normal_equations(robot, readings, pose, hessian, gradient) +
+                        unbalanced(robot, tension_N, pose);
+    if (!(cost + kBetter * (1.0 + cost) < least)) continue;
+    least = cost;
+    best = pose;
+  }
+  return best;
+}
+
 /// Where absolute sensors see the reference: the best fit to their readings, from its measured
 /// position or any of the other guesses. Nothing when none of them sees where it is.
 std::optional<Pose> absolute_guess(const Robot& robot, const Measurement& m,
@@ -135,19 +164,7 @@ std::optional<Pose> absolute_guess(const Robot& robot, const Measurement& m,
   if (m.position_m.allFinite()) {
     starts.insert(starts.begin(), on_motion(robot, {m.position_m, attitude}));
   }
-  std::optional<Pose> best;
-  double least = std::numeric_limits<double>::infinity();
-  Matrix6 hessian;
-  Vector6 gradient;
-  for (const Pose& start : starts) {
-    const Pose pose = estimate_pose(robot, readings, start);
-    const double cost = normal_equations(robot, readings, pose, hessian, gradient);
-    if (cost < least) {
-      least = cost;
-      best = pose;
-    }
-  }
-  return best;
+  return best_estimate(robot, readings, starts);
 }
 
 /// Roll and pitch as measured (0 where absent), yaw as given.
@@ -193,7 +210,7 @@ Pose estimate_pose(const Robot& robot, const AbsoluteReadings& readings, const P
     damped.diagonal().array() += 1e-9 * hessian.diagonal().maxCoeff() * damping + 1e-12;
     const Vector6 move = -solve_symmetric(damped, gradient);
     if (!move.allFinite()) break;
-    const Pose trial = plus(best, move);
+    const Pose trial = on_motion(robot, plus(best, move));  // damping is not along guides
     Matrix6 trial_hessian;
     Vector6 trial_gradient;
     const double trial_cost =
@@ -296,6 +313,8 @@ std::vector<Pose> measurement_guesses(const Robot& given,
   const Vector3 angles0 = euler_from_rotation(initial.rotation, robot.euler_convention);
   const AbsoluteReadings reference =
       without_effects(robot, effects, measurements.front(), reference_guess);
+  // A platform in a plane turns over between one pose and the next, in what a fit makes of it.
+  const bool may_turn_over = is_guided(robot) && !row_of(robot.platform.motion).is_point();
   std::vector<Pose> guesses{reference_guess};
   std::size_t taken = 1;  // of those known, the reference
   for (std::size_t i = 1; i < measurements.size(); ++i) {
@@ -321,7 +340,15 @@ std::vector<Pose> measurement_guesses(const Robot& given,
       readings.length_m += length0 - reference.length_m;
       readings.swivel_rad += swivel0 - reference.swivel_rad;
       readings.roll_pitch_yaw_rad[2] += angles0[2] - reference.roll_pitch_yaw_rad[2];
-      pose = estimate_pose(robot, readings, pose);
+      std::vector<Pose> starts{pose};
+      if (may_turn_over) {
+        starts.push_back({pose.position_m, reference_guess.rotation});
+        starts.push_back({pose.position_m, Eigen::Quaterniond::Identity()});
+        starts.push_back(reference_guess);
+      }
+      const bool rests_here = may_turn_over && m.kind == PoseKind::static_pose;
+      pose = best_estimate(robot, readings, starts, rests_here ? m.tension_N : CableVector())
+                 .value_or(pose);
     }
     guesses.push_back(pose);
   }

@@ -11,6 +11,7 @@
 #include "cdprcal/decompositions.hpp"
 #include "cdprcal/estimation/presence.hpp"
 #include "cdprcal/estimation/unread_tensions.hpp"
+#include "cdprcal/kinematics/motion.hpp"
 #include "cdprcal/text.hpp"
 
 namespace cdprcal {
@@ -168,7 +169,8 @@ std::vector<std::vector<Pose>> starts_around(const std::vector<CalibrationResult
       Vector6 turn = Vector6::Zero();
       turn[3 + axis] = turn_deg * kDegree;
       starts.push_back(measurement_guesses(out.problem.robot, out.problem.measurements,
-                                           plus(found, turn), out.problem.effects));
+                                           on_motion(out.problem.robot, plus(found, turn)),
+                                           out.problem.effects));
     }
   }
   return starts;

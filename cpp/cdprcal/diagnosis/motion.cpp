@@ -19,7 +19,7 @@ class Follower {
         at_(samples.size()),
         rows_(model.robot, readings(model, samples), {}),
         slots_(rows_.slots()),
-        elimination_(kLanes, rows_.layout().offsets(), 0, true),
+        elimination_(kLanes, rows_.layout().offsets(), 0, true, rows_.free_motion().across()),
         none_(Eigen::VectorXd::Zero(rows_.layout().offsets())) {
     if (const ActiveEffects active = model.active(run); !active.empty()) {
       rows_.set_effects(with_effects(model.robot, active), active);

@@ -322,7 +322,8 @@ std::vector<Eigen::MatrixXd> Assembly::common_informations(
   eliminations.reserve(without.size());
   for (const std::optional<Channel>& channel : without) {
     slots.push_back(rows_.slots(channel));
-    eliminations.emplace_back(poses_.size(), reference_.size(), 0, false);
+    eliminations.emplace_back(poses_.size(), reference_.size(), 0, false,
+                              rows_.free_motion().across());
     eliminations.back().begin(kBarely, slots.back());
   }
   PoseRows own;

@@ -49,6 +49,7 @@ class Assembly {
   Assembly& operator=(const Assembly&) = delete;
 
   [[nodiscard]] const CalibrationProblem& problem() const { return problem_; }
+  [[nodiscard]] const FreeMotion& free_motion() const { return rows_.free_motion(); }
   WeighedPoses& poses() { return poses_; }
   [[nodiscard]] const ReferenceReadings& reference() const { return reference_; }
 

@@ -20,7 +20,8 @@ struct PoseBatch {
   const int* slot;  ///< those that count, offsets first
   int present_offsets, slots;
   double damping;
-  double* factor;  ///< [L 21 with 1/diagonal][y 6][D 6][Y 6 an unknown]
+  const double* across;  ///< what guides prevent, packed; null where nothing is guided
+  double* factor;        ///< [L 21 with 1/diagonal][y 6][D 6][Y 6 an unknown]
   double* sums;
 };
 constexpr int kFactorY = 21, kFactorD = 27, kFactorUnknowns = 33;
@@ -53,6 +54,9 @@ CDPRCAL_INLINE void eliminate(const PoseBatch& in, int first) {
       for (int b = 0; b <= a; ++b) h[packed(a, b)] += row[a] * row[b];
     }
   }
+  // A damping that is not along the guides would step off them, and of no damping at all H has no
+  // factor: a stiffness of one across, whose logarithm is none.
+  for (int i = 0; in.across != nullptr && i < 21; ++i) h[i] += in.across[i];
   V steepest = {};
   for (int a = 0; a < 6; ++a) {
     V& diagonal = h[packed(a, a)];
@@ -222,12 +226,14 @@ CDPRCAL_DEFINE_FOR_PROCESSORS(left_over_lanes, left_over_of, LeftOver)
 
 }  // namespace
 
-PoseElimination::PoseElimination(std::size_t poses, int offsets, int columns, bool steps_wanted)
+PoseElimination::PoseElimination(std::size_t poses, int offsets, int columns, bool steps_wanted,
+                                 const Matrix6& across)
     : offsets_(offsets),
       columns_(columns),
       unknowns_(offsets + columns),
       steps_wanted_(steps_wanted),
       factor_size_(static_cast<std::size_t>(kFactorUnknowns + 6 * unknowns_)),
+      across_(across),
       sums_(buffer(static_cast<std::size_t>(sums_size(unknowns_)) +
                    factor_size_ *
                        (steps_wanted ? std::max<std::size_t>(1, lanes::batches(poses)) : 1))),
@@ -236,6 +242,10 @@ PoseElimination::PoseElimination(std::size_t poses, int offsets, int columns, bo
   out_.gradient.setZero(unknowns_);
   out_.raw_gradient.setZero(unknowns_);
   out_.raw_diagonal.setZero(unknowns_);
+  if (across.isZero()) return;
+  for (int a = 0; a < 6; ++a) {
+    for (int b = 0; b <= a; ++b) stiffness_.push_back(across(a, b));
+  }
 }
 
 void PoseElimination::begin(double damping, const std::vector<int>& slots) {
@@ -250,7 +260,8 @@ void PoseElimination::begin(double damping, const std::vector<int>& slots) {
 void PoseElimination::add(const double* rows, const double* by_offset, const double* by_effect) {
   double* const factor = factors_ + (steps_wanted_ ? batches_ : 0U) * factor_size_ * kLanes;
   eliminate_lanes({rows, by_offset, by_effect, offsets_, columns_, slots_->data(), present_offsets_,
-                   static_cast<int>(slots_->size()), damping_, factor, sums_.get()});
+                   static_cast<int>(slots_->size()), damping_,
+                   stiffness_.empty() ? nullptr : stiffness_.data(), factor, sums_.get()});
   ++batches_;
 }
 
@@ -282,6 +293,10 @@ PoseSteps PoseElimination::back_substitute(const Eigen::VectorXd& common_step) {
   for (std::size_t b = 0; b < batches_; ++b) {
     substitute_lanes({factors_ + b * factor_size_ * kLanes, offsets_, columns_, slots_->data(),
                       present_offsets_, common_step.data(), out.squared_norm, out.damping});
+    if (stiffness_.empty()) continue;
+    Eigen::Map<Eigen::Matrix<double, 6, kLanes, Eigen::RowMajor>> twists(
+        factors_ + (b * factor_size_ + kFactorY) * kLanes);
+    twists -= across_ * twists.eval();
   }
   return out;
 }
@@ -318,6 +333,7 @@ void PoseElimination::left_over(const double* rows, const double* by_offset,
                         present_offsets_,
                         static_cast<int>(slots_->size()),
                         damping_,
+                        nullptr,
                         factors_ + last * factor_size_ * kLanes,
                         sums_.get()};
   left_over_lanes({batch, covariance.data(), covariance.outerStride(), scratch.get(), out});

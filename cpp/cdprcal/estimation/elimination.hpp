@@ -38,8 +38,10 @@ struct PoseSteps {
 /// of results may differ between kinds of processors, never between runs on one.
 class PoseElimination {
  public:
-  /// Keeps factors when `steps_wanted`: (33 + 6 · unknowns) numbers a pose.
-  PoseElimination(std::size_t poses, int offsets, int columns, bool steps_wanted);
+  /// Keeps factors when `steps_wanted`: (33 + 6 · unknowns) numbers a pose. `across`: the projector
+  /// on what guides prevent, of which rows say nothing; no pose steps there.
+  PoseElimination(std::size_t poses, int offsets, int columns, bool steps_wanted,
+                  const Matrix6& across = Matrix6::Zero());
 
   /// Starts anew with the damping λ > 0 of H + λD. These slots count, offsets first; to outlive the
   /// sums.
@@ -69,6 +71,8 @@ class PoseElimination {
   int offsets_, columns_, unknowns_;
   bool steps_wanted_;
   std::size_t factor_size_;  ///< numbers a batch
+  Matrix6 across_;
+  std::vector<double> stiffness_;  ///< across_, packed; empty where nothing is guided
   double damping_ = 0.0;
   std::size_t batches_ = 0;
   const std::vector<int>* slots_ = nullptr;

@@ -119,6 +119,9 @@ bool Estimation::add_run(std::size_t index, bool on_trial, double damping, Eigen
       out.diagonal.segment<6>(begin) += row.cwiseAbs2();
       raw.head<6>() += residual * row;
     }
+    if (!run.hold_reference) {
+      out.information.block<6, 6>(begin, begin) += run.rows->free_motion().across();
+    }
     for (const double slope : raw) steepen(slope);
     return true;
   }
@@ -202,7 +205,10 @@ TrialStep Estimation::try_step(const Eigen::VectorXd& common_step) {
     }
     if (run.tied) {
       const Pose reference = run.poses[run.reference];
-      run.trial.set(run.reference, own > 0 ? plus(reference, Vector6(step.head<6>())) : reference);
+      const auto moved = [&] {
+        return plus(reference, run.rows->free_motion().of(Vector6(step.head<6>())));
+      };
+      run.trial.set(run.reference, own > 0 ? moved() : reference);
     } else {
       run.trial_offsets = run.offsets + run_step_.head(run.offsets.size());
     }

@@ -22,7 +22,8 @@ struct EstimatedRun {
         offsets(OffsetVector::Zero(rows_of.layout().offsets())),
         trial_offsets(offsets),
         slots(rows_of.slots()),
-        elimination(rows_of.poses(), rows_of.layout().offsets(), columns, true) {}
+        elimination(rows_of.poses(), rows_of.layout().offsets(), columns, true,
+                    rows_of.free_motion().across()) {}
 
   RunRows* rows;
   PoseLanes poses, trial;

@@ -36,14 +36,17 @@ Pose from_block(const double* block) {
 /// SE(3): seven numbers, six degrees of freedom. x ⊕ δ is geometry's `plus`. The cost functions
 /// hand over derivatives along δ directly, in the first six columns of their seven-column blocks,
 /// so ∂plus/∂δ is [I₆; 0] by construction: the exact derivative of F(x ⊕ δ) at δ = 0 without the
-/// detour through quaternion derivatives.
+/// detour through quaternion derivatives. Where guides hold the platform, δ is what they leave of
+/// it.
 class PoseManifold final : public ceres::Manifold {
  public:
+  explicit PoseManifold(const FreeMotion& free) : free_(free) {}
   [[nodiscard]] int AmbientSize() const override { return kBlockSize; }
   [[nodiscard]] int TangentSize() const override { return 6; }
 
   bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
-    const PoseBlock block = to_block(plus(from_block(x), Eigen::Map<const Vector6>(delta)));
+    const Vector6 twist = free_.of(Vector6(Eigen::Map<const Vector6>(delta)));
+    const PoseBlock block = to_block(plus(from_block(x), twist));
     Eigen::Map<PoseBlock>{x_plus_delta} = block;
     return true;
   }
@@ -59,6 +62,9 @@ class PoseManifold final : public ceres::Manifold {
     Eigen::Map<Eigen::Matrix<double, 6, kBlockSize, Eigen::RowMajor>>{jacobian}.setIdentity();
     return true;
   }
+
+ private:
+  const FreeMotion& free_;
 };
 
 /// The parameter blocks. Ceres moves them; the assembly follows before costs are asked for.
@@ -151,7 +157,7 @@ MinimiserSummary minimise_with_ceres(Assembly& assembly, const MinimiserOptions&
   const std::size_t poses = assembly.poses().size();
   const ReferenceReadings& reference = assembly.reference();
   State state(assembly);
-  PoseManifold manifold;
+  PoseManifold manifold(assembly.free_motion());
   std::unique_ptr<ceres::Manifold> free_errors;  // when some errors are held and some are not
   std::deque<PoseCost> costs;                    // never moved: the problem keeps their addresses
 

@@ -105,14 +105,15 @@ void append(ModelRows& rows, std::size_t r, std::size_t batch, DiagnosisSystem& 
   }
 }
 
-/// Fills in what the poses leave: M = 1 − A (AᵀA)⁻¹ Aᵀ, pose by pose.
-void project(DiagnosisSystem& system) {
+/// Fills in what the poses leave: M = 1 − A (AᵀA)⁻¹ Aᵀ, pose by pose. `across`: what guides
+/// prevent.
+void project(const Matrix6& across, DiagnosisSystem& system) {
   system.free_residual = system.residual;
   system.free_by_common = system.by_common;
   system.freedom.setOnes(system.residual.size());
   for (const DiagnosisSystem::PoseRange& pose : system.poses) {
     const auto own = system.by_pose.middleRows(pose.begin, pose.size);
-    Matrix6 gram = own.transpose() * own;
+    Matrix6 gram = own.transpose() * own + across;
     gram.diagonal() += kBarely * gram.diagonal().cwiseMax(kLeastDiagonal);
     const Eigen::LLT<Matrix6> factor(gram);
     Eigen::Matrix<double, 6, Eigen::Dynamic> basis = own.transpose();
@@ -354,7 +355,7 @@ DiagnosisSystem linearise(const DiagnosisModel& model, const Candidates& candida
       append(rows, r, b, system);
     }
   }
-  project(system);
+  project(FreeMotion(model.robot).across(), system);
   return system;
 }
 

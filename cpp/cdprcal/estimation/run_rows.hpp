@@ -49,6 +49,7 @@ class RunRows {
   void set_effects(const Robot& robot, ActiveEffects effects,
                    std::vector<EffectColumn> derivatives = {}, int columns = 0);
   [[nodiscard]] const Robot& robot() const { return robot_; }
+  [[nodiscard]] const FreeMotion& free_motion() const { return free_; }
 
   /// 1/σ of the readings of a pose, a channel; the balance's is that of a tension (left inverse).
   void set_weights(std::size_t pose, const std::array<double, kChannels>& weights);

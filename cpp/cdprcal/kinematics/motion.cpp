@@ -57,6 +57,8 @@ TwistBasis guided_basis(const Robot& robot) {
 FreeMotion::FreeMotion(const Robot& robot) : guided_(cdprcal::is_guided(robot)) {
   const TwistBasis free = motion_basis(robot);
   projector_ = free * free.transpose();
+  const TwistBasis guided = guided_basis(robot);
+  across_ = guided * guided.transpose();
 }
 
 std::optional<int> axis_across(const Robot& robot) {

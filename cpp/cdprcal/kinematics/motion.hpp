@@ -36,12 +36,14 @@ class FreeMotion {
   /// Of a stiffness or an inertia: the identity across, so that it can be solved with and a
   /// solution of what is free stays free.
   [[nodiscard]] Matrix6 of_stiffness(const Matrix6& stiffness) const {
-    return guided_ ? Matrix6(of_square(stiffness) + Matrix6::Identity() - projector_) : stiffness;
+    return guided_ ? Matrix6(of_square(stiffness) + across_) : stiffness;
   }
+  /// The projector on what guides prevent; zero where nothing is guided.
+  [[nodiscard]] const Matrix6& across() const { return across_; }
 
  private:
   bool guided_;
-  Matrix6 projector_;
+  Matrix6 projector_, across_;
 };
 /// How many freedoms it has: 6, 3 or 2.
 inline int freedoms(const Robot& robot) {

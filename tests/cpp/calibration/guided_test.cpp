@@ -13,8 +13,14 @@
 namespace cdprcal::test {
 namespace {
 
-/// Four eyelets at the corners of an upright frame, x along it.
-Robot frame(Motion motion) {
+/// What a plane that is across no axis of the world is turned by from the upright one.
+Matrix3 tilt() {
+  return (Eigen::AngleAxisd(0.5, Vector3::UnitX()) * Eigen::AngleAxisd(0.4, Vector3::UnitZ()))
+      .toRotationMatrix();
+}
+
+/// Four eyelets at the corners of an upright frame, x along it; or of one that is turned.
+Robot frame(Motion motion, const Matrix3& turn) {
   Robot robot;
   robot.name = "frame";
   robot.platform.mass_kg = 3.0;
@@ -31,8 +37,13 @@ Robot frame(Motion motion) {
     cable.pulley.axes_world.col(2) = Vector3::UnitY();
     cable.pulley.axes_world.col(1) = Vector3::UnitY().cross(Vector3::UnitX());
     cable.platform_anchor_m = {half * (x > 0 ? 1 : -1), 0.0, half * (z > 1 ? 1 : -1)};
+    cable.pulley.position_m = turn * cable.pulley.position_m;
+    cable.pulley.axes_world = turn * cable.pulley.axes_world;
+    cable.platform_anchor_m = turn * cable.platform_anchor_m;
     robot.cables.push_back(cable);
   }
+  robot.platform.centre_of_mass_m = turn * robot.platform.centre_of_mass_m;
+  robot.platform.motion_plane_normal = turn * robot.platform.motion_plane_normal;
   robot.tension_min_N = 1.0;
   robot.tension_max_N = 500.0;
   robot.sigma.length_m = 1e-3;
@@ -56,9 +67,10 @@ struct Rests {
   std::vector<Pose> truth;
 };
 
-Rests rests(Motion motion, bool whole_lengths, double noise) {
+Rests rests(Motion motion, bool whole_lengths, double noise,
+            const Matrix3& turn = Matrix3::Identity()) {
   Rests out;
-  out.problem.robot = frame(motion);
+  out.problem.robot = frame(motion, turn);
   const Robot& robot = out.problem.robot;
   RandomNormal random(7);
   const ReadingOffsets offsets = random_offsets(4, random);
@@ -67,7 +79,8 @@ Rests rests(Motion motion, bool whole_lengths, double noise) {
     Eigen::VectorXd step(free.cols());
     for (double& s : step) s = 0.2 * random();
     const Pose pose =
-        plus(on_motion(robot, {{0.1, 0.0, 1.0}, Eigen::Quaterniond::Identity()}), free * step);
+        plus(on_motion(robot, {turn * Vector3(0.1, 0.0, 1.0), Eigen::Quaterniond::Identity()}),
+             free * step);
     out.truth.push_back(pose);
     Measurement m =
         synthetic_measurement(robot, pose, balancing(robot, pose), PoseKind::static_pose, offsets,
@@ -81,10 +94,16 @@ Rests rests(Motion motion, bool whole_lengths, double noise) {
   return out;
 }
 
-class Guided : public ::testing::TestWithParam<Motion> {};
+class Guided : public ::testing::TestWithParam<std::tuple<Motion, bool>> {
+ protected:
+  static Rests rests(bool whole_lengths, double noise) {
+    const auto [motion, tilted] = GetParam();
+    return test::rests(motion, whole_lengths, noise, tilted ? tilt() : Matrix3::Identity());
+  }
+};
 
 TEST_P(Guided, LengthsAndTensionsFindThePoseAndNoOtherFreedom) {
-  const Rests r = rests(GetParam(), false, 0.0);
+  const Rests r = rests(false, 0.0);
   const CalibrationResult result = solve_from_starts(r.problem, std::nullopt, 12, {});
   ASSERT_EQ(result.status, CalibrationStatus::converged) << result.reason;
   for (std::size_t i = 0; i < r.truth.size(); ++i) {
@@ -98,7 +117,7 @@ TEST_P(Guided, LengthsAndTensionsFindThePoseAndNoOtherFreedom) {
 }
 
 TEST_P(Guided, WholeLengthsAloneDo) {
-  Rests r = rests(GetParam(), true, 0.0);
+  Rests r = rests(true, 0.0);
   for (Measurement& m : r.problem.measurements) {
     m.length_m.setConstant(kNaN);
     m.tension_N.setConstant(kNaN);
@@ -111,7 +130,7 @@ TEST_P(Guided, WholeLengthsAloneDo) {
 
 TEST_P(Guided, ErrorsAreWithinTheirCovariance) {
   double squares = 0.0, count = 0.0;
-  Rests r = rests(GetParam(), false, 0.0);
+  Rests r = rests(false, 0.0);
   const TwistBasis free = motion_basis(r.problem.robot);
   RandomNormal random(11);
   for (int trial = 0; trial < 40; ++trial) {
@@ -132,7 +151,7 @@ TEST_P(Guided, ErrorsAreWithinTheirCovariance) {
 }
 
 TEST_P(Guided, DerivativesAreAlongItsFreedomsAlone) {
-  const Rests r = rests(GetParam(), true, 1.0);
+  const Rests r = rests(true, 1.0);
   Assembly assembly(r.problem, r.truth);
   assembly.poses().update_wrench_whitening(1.0);
   Eigen::VectorXd residuals;
@@ -159,8 +178,41 @@ TEST_P(Guided, DerivativesAreAlongItsFreedomsAlone) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Motions, Guided, ::testing::Values(Motion::t3, Motion::r1t2, Motion::t2),
-                         [](const auto& info) { return std::string("m") + to_string(info.param); });
+/// Guided poses far from one another, by changes of length: none is turned over on the way.
+TEST(GuidedGuesses, NoPoseIsTurnedOver) {
+  RandomNormal random(3);
+  for (const Matrix3& turn : {Matrix3(Matrix3::Identity()), tilt()}) {
+    const Robot robot = frame(Motion::r1t2, turn);
+    const TwistBasis free = motion_basis(robot);
+    std::vector<Pose> truth;
+    std::vector<Measurement> measurements;
+    for (int i = 0; i < 60; ++i) {
+      const Pose middle =
+          on_motion(robot, {turn * Vector3(0.0, 0.0, 1.0), Eigen::Quaterniond::Identity()});
+      const Eigen::Vector3d step(0.45 * random(), 0.3 * random(), 0.15 * random());
+      const Pose pose = plus(middle, free * step);
+      if (!platform_state(robot, pose).valid) continue;
+      Measurement m;
+      m.length_m = platform_state(robot, pose).length_m();
+      m.swivel_rad = m.tension_N = CableVector::Constant(4, kNaN);
+      m.kind = PoseKind::kinematic_pose;
+      truth.push_back(pose);
+      measurements.push_back(m);
+    }
+    const std::vector<Pose> guesses = measurement_guesses(robot, measurements, truth.front(), {});
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      EXPECT_LT(minus(guesses[i], truth[i]).norm(), 1e-6) << i;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Motions, Guided,
+                         ::testing::Combine(::testing::Values(Motion::t3, Motion::r1t2, Motion::t2),
+                                            ::testing::Bool()),
+                         [](const auto& info) {
+                           return std::string("m") + to_string(std::get<0>(info.param)) +
+                                  (std::get<1>(info.param) ? "Tilted" : "");
+                         });
 
 }  // namespace
 }  // namespace cdprcal::test
