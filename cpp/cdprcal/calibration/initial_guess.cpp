@@ -342,8 +342,10 @@ std::vector<Pose> measurement_guesses(const Robot& given,
       readings.roll_pitch_yaw_rad[2] += angles0[2] - reference.roll_pitch_yaw_rad[2];
       std::vector<Pose> starts{pose};
       if (may_turn_over) {
-        starts.push_back({pose.position_m, reference_guess.rotation});
-        starts.push_back({pose.position_m, Eigen::Quaterniond::Identity()});
+        for (const double turn_rad : {0.0, 0.5, -0.5}) {
+          starts.push_back(
+              {pose.position_m, exp_so3(turn_rad * robot.platform.motion_plane_normal)});
+        }
         starts.push_back(reference_guess);
       }
       const bool rests_here = may_turn_over && m.kind == PoseKind::static_pose;
