@@ -164,6 +164,23 @@ void look_by_rests(const Calibration& prepared, const CalibrateOptions& options,
   found.solve_time_s = solve_time_s;
 }
 
+/// Where no start agrees: from where geometry alone has the poses. A weight that is wrong by much
+/// makes poses out of tensions that none of the others is near.
+void look_without_balance(const CalibrationProblem& problem, const CalibrateOptions& options,
+                          CalibrationResult& found) {
+  CalibrationProblem geometry = problem;
+  geometry.statics = StaticsModel::none;
+  const CalibrationResult by_geometry =
+      solve_from_starts(geometry, std::nullopt, options.most_starts, options.solve);
+  double solve_time_s = found.solve_time_s + by_geometry.solve_time_s;
+  if (by_geometry.status == CalibrationStatus::converged) {
+    CalibrationResult whole = solve(problem, by_geometry.poses, options.solve);
+    solve_time_s += whole.solve_time_s;
+    if (whole.cost < found.cost) found = std::move(whole);
+  }
+  found.solve_time_s = solve_time_s;
+}
+
 /// A prepared calibration, solved; without words on it.
 Calibration fit(Calibration out, const CalibrateOptions& options) {
   const CalibrationProblem& problem = out.problem;
@@ -180,9 +197,13 @@ Calibration fit(Calibration out, const CalibrateOptions& options) {
   const Calibration prepared = out;
   std::vector<CalibrationResult> ends;
   out.result = solve_from_starts(problem, initial, options.most_starts, options.solve, &ends);
-  if (!initial && options.most_starts > 1 && !is_balanced(problem) &&
+  if (!initial && options.most_starts > 1 &&
       out.result.status == CalibrationStatus::not_converged) {
-    look_by_rests(prepared, options, out.result);
+    if (is_balanced(problem)) {
+      look_without_balance(problem, options, out.result);
+    } else {
+      look_by_rests(prepared, options, out.result);
+    }
   }
   const CalibrationResult first = out.result;
   refine_in_place(options, out);

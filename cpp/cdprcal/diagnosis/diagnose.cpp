@@ -389,8 +389,8 @@ std::string reason_for(Verdict verdict, const Checks& checks) {
   return "";
 }
 
-/// Where nothing was found the pose is the one that calibrate has, and so is its σ. False where it
-/// has none.
+/// Where no effect was found the pose is the one that calibrate has, faults of the readings set
+/// right, and so is its σ. False where it has none.
 bool take_calibrated(const Robot& robot, const Log& log, Diagnosis& out) {
   const Calibration calibration = calibrate(robot, log);
   const CalibrationResult& result = calibration.result;
@@ -630,8 +630,10 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   out.reason = stopped    ? "stopped before the search was over: what was found so far stands"
                : searches ? reason_for(out.verdict, checks)
                           : "these effects were chosen, not found: nothing was searched for";
-  const bool has_pose = out.verdict == Verdict::consistent && given_logs.size() == 1 &&
-                        !options.motion && take_calibrated(given, given_logs.front(), out);
+  const bool as_calibrated = out.verdict == Verdict::consistent ||
+                             (out.verdict == Verdict::explained && out.effects.empty());
+  const bool has_pose = as_calibrated && given_logs.size() == 1 && !options.motion &&
+                        take_calibrated(out.corrected, given_logs.front(), out);
   doubt_faults(out);
   if (!has_pose) doubt_poses(given_logs, options.motion, out);
   return out;

@@ -207,6 +207,9 @@ bool silences(const Robot& robot, const Log& before, const Log& after, double si
          silenced(before.tension_N, after.tension_N, robot.sigma.tension_N, &mean_size);
 }
 
+/// Of a sensor that reads another unit than its like: with as many values as sensors, less than
+/// agreement proves nothing.
+bool is_of_one_sensor(const DiscreteFault& fault) { return fault.name.ends_with("_factor"); }
 bool is_of_lengths(const DiscreteFault& fault) {
   return fault.parameter == "factor" && fault.name.starts_with("length");
 }
@@ -599,7 +602,8 @@ class Trials {
     const std::optional<Trial> found = trial_of(together, kAllIterations);
     if (!found || !(found->cost < cost_)) return;
     const Trial& trial = *found;
-    if (must_agree(together) && !trial.agrees) return;
+    const bool one = std::ranges::any_of(together, is_of_one_sensor);
+    if ((one || must_agree(together)) && !trial.agrees) return;
     const double surprise = surprise_of(together, trial);
     if (trial.agrees && trial.initial) {
       std::string text;
