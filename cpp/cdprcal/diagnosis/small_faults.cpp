@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "cdprcal/diagnosis/motion.hpp"
 
@@ -10,6 +11,16 @@ namespace {
 
 /// A fault that makes the fit worse by more than this hides behind no effect [nats].
 constexpr double kHopeless = 10.0;
+
+/// By how much a cost that is higher by `worse` at the least lowers the likelihood where the noise
+/// is what is left [nat]: all of it may be of the channel that has the least freedom.
+double lost_with_noise(double worse, const NoiseLevels& freedom) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const double f : freedom) {
+    if (f >= 1.0) least = std::min(least, f);
+  }
+  return 0.5 * least * std::log1p(2.0 * std::max(0.0, worse) / least);
+}
 
 }  // namespace
 
@@ -60,11 +71,17 @@ std::optional<FaultRefit> SmallFaults::best(Unfaulted& without, double rival_nat
     return std::nullopt;
   }
   const EvidenceAgainst against(model);
+  const NoiseLevels freedom = channel_sums(model).freedom;
+  const double cost = penalised_cost(model);
   std::vector<std::pair<std::string, double>> tried;
   std::optional<FaultRefit> best;
   for (const DiscreteFault& fault : faults_) {
     if (taken_ && taken_->name == fault.name && taken_->values == fault.values) continue;
     FaultRefit trial{fault, exchanged(fault, model), {}, {}};
+    // Most are far off, and need not be fitted with every noise to see that.
+    constexpr double kSure = 3.0;
+    fit(trial.model);
+    if (lost_with_noise(penalised_cost(trial.model) - cost, freedom) > kSure * kHopeless) continue;
     if (!fit_with_noise(trial.model)) continue;
     const double alone = against.of(trial.model);
     if (alone < -kHopeless) continue;

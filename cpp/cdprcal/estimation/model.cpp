@@ -113,16 +113,17 @@ void project(const Matrix6& across, DiagnosisSystem& system) {
   system.freedom.setOnes(system.residual.size());
   for (const DiagnosisSystem::PoseRange& pose : system.poses) {
     const auto own = system.by_pose.middleRows(pose.begin, pose.size);
-    Matrix6 gram = own.transpose() * own + across;
+    // Products with so short a side are done as they are written: blocks cost more than they save.
+    Matrix6 gram = own.transpose().lazyProduct(own) + across;
     gram.diagonal() += kBarely * gram.diagonal().cwiseMax(kLeastDiagonal);
     const Eigen::LLT<Matrix6> factor(gram);
     Eigen::Matrix<double, 6, Eigen::Dynamic> basis = own.transpose();
     factor.matrixL().solveInPlace(basis);
     auto residual = system.free_residual.segment(pose.begin, pose.size);
-    residual -= basis.transpose() * Vector6(basis * residual);
+    residual -= basis.transpose().lazyProduct(Vector6(basis.lazyProduct(residual)));
     auto columns = system.free_by_common.middleRows(pose.begin, pose.size);
-    const Eigen::Matrix<double, 6, Eigen::Dynamic> along = basis * columns;
-    columns.noalias() -= basis.transpose() * along;
+    const Eigen::Matrix<double, 6, Eigen::Dynamic> along = basis.lazyProduct(columns);
+    columns -= basis.transpose().lazyProduct(along);
     system.freedom.segment(pose.begin, pose.size) -= basis.colwise().squaredNorm().transpose();
   }
 }
