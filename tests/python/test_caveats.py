@@ -395,3 +395,30 @@ def test_of_several_logs_the_one_with_a_pause_is_named(
     assert [c["message"].startswith(f"{paused}: ") for c in json.loads(ran.stdout)["caveats"]] == [
         True
     ]
+
+
+def test_a_gentle_swing_that_balances_is_no_single_pose() -> None:
+    """A swing of a centimetre moves no reading by several of the robot file's sigma."""
+    robot = cdprcal.load_robot("irma4")
+    simulator = cdprcal.Simulator(robot, cdprcal.SimulatorOptions(seed=1))
+    assert simulator.reset(np.array([90.0, 80.0, 85.0, 95.0])).found
+    samples, truth = [], []
+    for k in range(2000):
+        if k == 200:
+            simulator.push(np.array([0.1, -0.15, 0.0]), np.array([0.15, 0.2, 0.4]))
+        samples.append(simulator.read())
+        truth.append(simulator.truth().pose)
+        assert simulator.advance(0.01)
+    log = cdprcal.Log(
+        time_s=np.array([s.time_s for s in samples]),
+        length_m=np.array([s.length_m for s in samples]),
+        swivel_rad=np.array([s.swivel_rad for s in samples]),
+        tension_N=np.array([s.tension_N for s in samples]),
+        roll_pitch_yaw_rad=np.array([s.roll_pitch_yaw_rad for s in samples]),
+    )
+    found = cdprcal.calibrate(robot, log, motion=True)
+    assert "too_few_poses" not in {caveat.code for caveat in found.caveats}
+    assert np.linalg.norm(found.result.poses[0].position_m - truth[0].position_m) < 2e-3
+    at_rest = cdprcal.calibrate(robot, log)
+    codes = {caveat.code for caveat in at_rest.caveats}
+    assert at_rest.result.status != cdprcal.CalibrationStatus.converged or "too_few_poses" in codes

@@ -19,6 +19,8 @@ from cdprcal.trust import caveats_of
 
 #: What a calibration leaves out by itself, rest by rest; ``gated`` says where.
 _LEFT_OUT = ("slack",)
+#: What a swing makes untrue whose moments balance in motion, however gentle it is.
+_BUT_IN_MOTION = ("too_few_poses",)
 #: Of numbers that seem to say that nothing was read.
 _MARK = "missing_mark"
 #: Fewer tell nothing of tensions.
@@ -40,7 +42,9 @@ def caveats_with_log(
     about_run = pauses(robot, [file], segment)
     absurd = [f for f in sizes_of(robot) if f.severity == "error"]
     found = check_log(robot, file, segment).findings
-    errors = absurd + [f for f in found if f.severity == "error" and f.code not in _LEFT_OUT]
+    moves = any(m.moves for m in calibration.problem.measurements)
+    settled = _LEFT_OUT + (_BUT_IN_MOTION if moves else ())
+    errors = absurd + [f for f in found if f.severity == "error" and f.code not in settled]
     if calibration.result.status != _core.CalibrationStatus.converged:
         # What was not read looks like a unit, or a sign.
         no_reason = not absurd and all(finding.code != _MARK for finding in found)
