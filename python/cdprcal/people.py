@@ -103,7 +103,7 @@ def _calibration(result: Calibration) -> dict[str, Any]:
 
 def _diagnosis(result: Diagnosis) -> dict[str, Any]:
     # It does not hold its logs; nothing here shows the ripple, for which they are asked.
-    return diagnosis_as_dict(result, result.corrected, [])
+    return diagnosis_as_dict(result, result.corrected)
 
 
 # Frames.

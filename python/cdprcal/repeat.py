@@ -95,7 +95,7 @@ def _repeated(result: Result) -> Repeated:
 
         how = diagnose_options(result.options)
         diagnosis = _core.diagnose(result.robot, list(result.logs), how)
-        document = diagnosis_as_dict(diagnosis, result.robot, result.logs)
+        document = diagnosis_as_dict(diagnosis, result.robot, logs=result.logs)
         keys = ("verdict", "initial_pose_after", "covariance_after")
     before = result.document
     return Repeated(

@@ -96,7 +96,7 @@ def test_a_touch_at_one_rest_is_not_said_of_a_sensor() -> None:
     assert own.column == "tension_4_N"
     assert rest.begin_s <= own.at_s + made.log.time_s[0] <= rest.end_s
     assert any("at no other" in text for text in diagnosis.next)
-    json = diagnosis_as_dict(diagnosis, made.robot, [])
+    json = diagnosis_as_dict(diagnosis, made.robot)
     assert json["own_errors"][0]["at_s"] == own.at_s
 
 
@@ -190,14 +190,14 @@ def test_what_nobody_can_describe_counts_in_every_sigma() -> None:
             rows = (time_s >= rest.begin_s) & (time_s <= rest.end_s)
             read[name][rows] += of_rest * rng.standard_normal(read[name].shape[1])
     log = cdprcal.Log(time_s=time_s, source="odd.csv", **read)
-    found = cdprcal.diagnose(robot, [log])
+    found = cdprcal.diagnose(robot, logs=[log])
     assert found.verdict == _core.Verdict.unexplained
     (left,) = found.discrepancy.channels
     assert left.channel == "swivel"
     assert 0.01 < left.rms < 0.06
     assert 0.2 < found.discrepancy.reach_m < 1.5
     assert any("change with the place (swivel)" in text for text in found.next)
-    document = diagnosis_as_dict(found, robot, [log])
+    document = diagnosis_as_dict(found, robot, logs=[log])
     assert document["discrepancy"]["channels"][0]["rms"] == left.rms
     away_m = found.initial_pose_after.position_m - run.poses[0].position_m
     covariance = np.array(found.covariance_after)[:3, :3]
@@ -240,7 +240,7 @@ def test_what_is_left_on_one_cable_alone_names_the_cable(
     assert found.verdict == _core.Verdict.unexplained
     (left,) = found.unexplained
     assert (left.channel, left.depends_on, left.cable) == ("tension", "reading", only)
-    (shown,) = diagnosis_as_dict(found, robot, [log])["unexplained"]
+    (shown,) = diagnosis_as_dict(found, robot, logs=[log])["unexplained"]
     assert shown["cable"] == (None if only < 0 else only + 1)
     on_one = f"on cable {only + 1} alone" in unexplained_line(shown)
     assert on_one == (only >= 0) == any(f"cable {only + 1}, the only one" in n for n in found.next)

@@ -68,7 +68,7 @@ def test_it_begins_with_what_diagnose_finds(
     server: ExploreServer, robot: cdprcal.Robot, logs: list[cdprcal.Log]
 ) -> None:
     status, page = told(server, "/fit", {})
-    document = diagnosis_as_dict(cdprcal.diagnose(robot, logs[0]), robot, logs[:1])
+    document = diagnosis_as_dict(cdprcal.diagnose(robot, logs[0]), robot, logs=logs[:1])
     assert (status, page["said"]) == (200, "explained: load_cell_bias")
     assert on(page) == ["load_cell_bias"]
     assert page["evidence"] == pytest.approx(document["effects"][0]["log_evidence"])

@@ -65,7 +65,7 @@ Number = tuple[float, float]
 def agreement(a: _core.Diagnosis, b: _core.Diagnosis) -> list[tuple[str, Number, Number, str]]:
     """Numbers of the effects that both found, each with its σ, and their unit."""
     of_a, of_b = (
-        {effect["name"]: effect for effect in diagnosis_as_dict(d, d.corrected, [])["effects"]}
+        {effect["name"]: effect for effect in diagnosis_as_dict(d, d.corrected)["effects"]}
         for d in (a, b)
     )
     rows = []
@@ -155,7 +155,7 @@ def story(title: str, diagnosis: _core.Diagnosis) -> list[str]:
 def numbers(diagnosis: _core.Diagnosis) -> list[str]:
     """The values of the effects, a row each."""
     out = ["| | value |", "|---|---|"]
-    for effect in diagnosis_as_dict(diagnosis, diagnosis.corrected, [])["effects"]:
+    for effect in diagnosis_as_dict(diagnosis, diagnosis.corrected)["effects"]:
         if effect["p_value"] is None:
             continue
         for what, value, sigma, unit in value_rows(effect):

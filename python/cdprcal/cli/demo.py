@@ -117,7 +117,7 @@ def command(
     page = folder / REPORT
     if draws:
         drawn += write_pictures(
-            diagnosis_as_dict(hidden.diagnosis, the_robot, [hidden.run.log]), folder
+            diagnosis_as_dict(hidden.diagnosis, the_robot, logs=[hidden.run.log]), folder
         )
         story.write_hidden_report(the_robot, hidden, page)
     if not json:

@@ -137,7 +137,7 @@ def command(
                 _refuse_without_rest(the_robot, files)
             raise
     print_findings(caveats_of_diagnosis(diagnosis), verbose=verbose)
-    document = diagnosis_as_dict(diagnosis, the_robot, the_logs, caveats)
+    document = diagnosis_as_dict(diagnosis, the_robot, caveats, logs=the_logs)
     texts = {}
     if corrected:
         texts[Path(corrected)] = signed(_core.to_yaml(diagnosis.corrected))

@@ -30,13 +30,14 @@ def _by_channel(errors: list[_core.Wandering]) -> list[dict[str, Any]]:
 def diagnosis_as_dict(
     diagnosis: _core.Diagnosis,
     robot: _core.Robot,
-    logs: Iterable[_core.Log],
     caveats: Iterable[Finding] = (),
+    *,
+    logs: Iterable[_core.Log] = (),
 ) -> dict[str, Any]:
     """A diagnosis of ``robot`` as plain data: NaN and absent become None.
 
-    ``logs``: those that were diagnosed. Of lists of rests alone nobody knows the ripple.
     ``caveats``: what is to be known of the logs; those of the diagnosis itself come after.
+    ``logs``: those that were diagnosed. Of lists of rests alone nobody knows the ripple.
 
     Discrete faults come first among the effects: they were found first, and without statistics.
     An effect that differs from run to run has, for several logs, one entry a log in each parameter.

@@ -23,7 +23,7 @@ def shown(
     ``logs``: the names of those that it is ``of``. ``searched``: the effects are those that the
     diagnosis found.
     """
-    document = diagnosis_as_dict(diagnosis, robot, of)
+    document = diagnosis_as_dict(diagnosis, robot, logs=of)
     found = [effect for effect in document["effects"] if effect["p_value"] is not None]
     faults = [effect for effect in document["effects"] if effect["p_value"] is None]
     return {

@@ -101,7 +101,7 @@ def subject_of_diagnosis(
     from cdprcal.diagnosis import diagnosis_as_dict
 
     runs = tuple(_calibrated(robot, log, None) for log in logs)
-    document = diagnosis_as_dict(diagnosis, robot, logs)
+    document = diagnosis_as_dict(diagnosis, robot, logs=logs)
     return _with_corrected(Subject(robot, runs, document, "", tuple(command)))
 
 
@@ -213,4 +213,4 @@ def _diagnosed(
         diagnosis = _core.diagnose(robot, logs, progress=progress)
     except InputError as error:  # too few rests, no tensions: the pose is still worth a page
         return None, str(error)
-    return diagnosis_as_dict(diagnosis, robot, logs), ""
+    return diagnosis_as_dict(diagnosis, robot, logs=logs), ""
