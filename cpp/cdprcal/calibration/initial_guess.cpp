@@ -142,6 +142,19 @@ std::optional<Pose> best_estimate(const Robot& robot, const AbsoluteReadings& re
   return best;
 }
 
+/// Of a platform that turns in its plane: the best fit from near a pose at several turns, and from
+/// the reference.
+Pose turned_right(const Robot& robot, const AbsoluteReadings& readings, const Measurement& m,
+                  const Pose& near, const Pose& reference) {
+  std::vector<Pose> starts{near};
+  for (const double turn_rad : {0.0, 0.5, -0.5}) {
+    starts.push_back({near.position_m, exp_so3(turn_rad * robot.platform.motion_plane_normal)});
+  }
+  starts.push_back(reference);
+  const bool rests = m.kind == PoseKind::static_pose;
+  return best_estimate(robot, readings, starts, rests ? m.tension_N : CableVector()).value_or(near);
+}
+
 /// Where absolute sensors see the reference: the best fit to their readings, from its measured
 /// position or any of the other guesses. Nothing when none of them sees where it is.
 std::optional<Pose> absolute_guess(const Robot& robot, const Measurement& m,
@@ -340,17 +353,8 @@ std::vector<Pose> measurement_guesses(const Robot& given,
       readings.length_m += length0 - reference.length_m;
       readings.swivel_rad += swivel0 - reference.swivel_rad;
       readings.roll_pitch_yaw_rad[2] += angles0[2] - reference.roll_pitch_yaw_rad[2];
-      std::vector<Pose> starts{pose};
-      if (may_turn_over) {
-        for (const double turn_rad : {0.0, 0.5, -0.5}) {
-          starts.push_back(
-              {pose.position_m, exp_so3(turn_rad * robot.platform.motion_plane_normal)});
-        }
-        starts.push_back(reference_guess);
-      }
-      const bool rests_here = may_turn_over && m.kind == PoseKind::static_pose;
-      pose = best_estimate(robot, readings, starts, rests_here ? m.tension_N : CableVector())
-                 .value_or(pose);
+      pose = may_turn_over ? turned_right(robot, readings, m, pose, reference_guess)
+                           : estimate_pose(robot, readings, pose);
     }
     guesses.push_back(pose);
   }

@@ -46,11 +46,11 @@ struct Settled {
   double cost = std::numeric_limits<double>::infinity();
   bool pushed = true;
 };
-/// From the best of some places by its own readings; of minima that fit alike the first. Where the
-/// state hangs, one at which cables would have to push is taken only if no other is found.
+/// From the best of some places by its own readings, or `best`; of minima that fit alike the first.
+/// Where the state hangs, one at which cables would have to push is taken only if no other is
+/// found.
 Settled settled(const FrameProblem& problem, const Robot& robot, const FrameState& state,
-                const FramePose& from, const std::vector<Pose>& tries) {
-  Settled best{.pose = tries.front()};
+                const FramePose& from, const std::vector<Pose>& tries, Settled best) {
   for (Pose pose : tries) {
     const double cost = settle_pose(problem, robot, state.values, from, pose);
     if (!std::isfinite(cost)) continue;
@@ -69,7 +69,8 @@ void settle_all(const FrameProblem& problem, FrameState& state) {
   for (const FramePose& from : problem.poses) {
     std::vector<Pose> tries = around;
     if (!state.poses.empty()) tries.push_back(state.poses.back());
-    state.poses.push_back(settled(problem, robot, state, from, tries).pose);
+    const Settled nowhere{.pose = tries.front()};
+    state.poses.push_back(settled(problem, robot, state, from, tries, nowhere).pose);
   }
 }
 
@@ -306,11 +307,12 @@ bool improve_poses(const FrameProblem& problem, FrameState& state) {
   const std::vector<Pose> around = places(problem, robot);
   bool any = false;
   for (std::size_t i = 0; i < state.poses.size(); ++i) {
-    const Settled now = settled(problem, robot, state, problem.poses[i], {state.poses[i]});
-    std::vector<Pose> tries{state.poses[i]};
-    tries.insert(tries.end(), around.begin(), around.end());
+    const FramePose& from = problem.poses[i];
+    const Pose& at = state.poses[i];
+    const Settled now = settled(problem, robot, state, from, {at}, {.pose = at});
+    std::vector<Pose> tries = around;
     for (const std::size_t other : like(problem, i)) tries.push_back(state.poses[other]);
-    const Settled best = settled(problem, robot, state, problem.poses[i], tries);
+    const Settled best = settled(problem, robot, state, from, tries, now);
     if (now.pushed == best.pushed && !(best.cost < now.cost)) continue;
     state.poses[i] = best.pose;
     any = true;
