@@ -19,7 +19,7 @@ from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
 from cdprcal.hardware.backend import BackendError
 from cdprcal.hardware.drives.bus_lock import BusLock
-from cdprcal.hardware.drives.fieldbus import Clock
+from cdprcal.hardware.drives.fieldbus import NO_SUCH_OBJECT, Clock, in_a_line, node_name
 from cdprcal.hardware.drives.process_data import (
     Entry,
     Image,
@@ -38,7 +38,6 @@ HEARTBEATS_MISSED = 2.5  #: in a row, of a node, are a stop
 _OFF = 1 << 31  # bit of a PDO's COB-ID: not used
 _OPERATIONAL = 5
 _STATES = {0: "restarted", 4: "stopped", 5: "operational", 127: "pre-operational"}
-_NO_SUCH_OBJECT = (0x06020000, 0x06090011)
 
 _LISTEN_S = 0.5  # for another master: several cycles of the slowest
 _NMT, _SYNC, _SDO, _HEARTBEAT = 0x000, 0x080, 0x600, 0x700
@@ -148,7 +147,7 @@ class CanopenFieldbus:
         try:
             return call(self._client(node))
         except SdoAbortedError as error:
-            kind = NoSuchObjectError if error.code in _NO_SUCH_OBJECT else RefusedError
+            kind = NoSuchObjectError if error.code in NO_SUCH_OBJECT else RefusedError
             raise kind(f"{place} refused: {str(error).lower()}") from None
         except SdoCommunicationError:
             raise BackendError(
@@ -347,9 +346,7 @@ class CanopenFieldbus:
                 return self._bus.recv(0.0)
             return self._clock.receive(self._bus, until_s)
         except (can.CanError, OSError) as error:
-            raise BackendError(
-                f"CAN bus: {error}; check that the interface is up and the bus terminated"
-            ) from None
+            raise _bus_error(error) from None
 
     def _take(self, message: can.Message) -> None:
         if message.is_error_frame:
@@ -392,13 +389,14 @@ class CanopenFieldbus:
         try:
             self._network.send_message(can_id, data)
         except (can.CanError, OSError) as error:
-            raise BackendError(
-                f"CAN bus: {error}; check that the interface is up and the bus terminated"
-            ) from None
+            raise _bus_error(error) from None
 
     def _name(self, node: int) -> str:
-        cables = [winch.cable for winch in self._session.winches if winch.node == node]
-        return f"node {node} (cable {cables[0]})" if cables else f"node {node}"
+        return node_name(self._session, node)
+
+
+def _bus_error(error: Exception) -> BackendError:
+    return BackendError(f"CAN bus: {error}; check that the interface is up and the bus terminated")
 
 
 def open_can_bus(settings: CanopenBus) -> can.BusABC:
@@ -416,8 +414,7 @@ def open_can_bus(settings: CanopenBus) -> can.BusABC:
     try:
         return can.Bus(interface=settings.interface, channel=channel, **options)
     except Exception as error:  # every interface fails in its own way
-        text = " ".join(str(error).split())
         raise BackendError(
-            f"CAN bus {settings.interface} {settings.channel}: cannot be opened: {text}; check "
-            "bus.interface and bus.channel, and that the interface is up"
+            f"CAN bus {settings.interface} {settings.channel}: cannot be opened: "
+            f"{in_a_line(error)}; check bus.interface and bus.channel, and that the interface is up"
         ) from None

@@ -16,6 +16,7 @@ from cdprcal.extras import need
 from cdprcal.hardware.backend import BackendError
 from cdprcal.hardware.drives.bus_lock import BusLock
 from cdprcal.hardware.drives.canopen_bus import NoSuchObjectError
+from cdprcal.hardware.drives.fieldbus import NO_SUCH_OBJECT, in_a_line, node_name
 from cdprcal.hardware.drives.process_data import (
     Entry,
     Image,
@@ -26,7 +27,6 @@ from cdprcal.hardware.drives.process_data import (
 )
 from cdprcal.hardware.session import EthercatBus, Session
 
-_NO_SUCH_OBJECT = (0x06020000, 0x06090011)
 _OUTPUT_MAPPING, _INPUT_MAPPING = 0x1600, 0x1A00
 _OUTPUT_ASSIGNMENT, _INPUT_ASSIGNMENT = 0x1C12, 0x1C13
 _STATE_TIMEOUT_US = 2_000_000
@@ -69,10 +69,9 @@ class EthercatFieldbus:
         except Exception as error:  # the library has an exception for every step
             self._master = None
             self._lock.release()
-            text = " ".join(str(error).split()) or type(error).__name__
             raise BackendError(
-                f"EtherCAT {session.bus.interface}: cannot be opened: {text}; it needs root or "
-                "CAP_NET_RAW, and an interface of that name"
+                f"EtherCAT {session.bus.interface}: cannot be opened: {in_a_line(error)}; it needs "
+                "root or CAP_NET_RAW, and an interface of that name"
             ) from None
 
     # --- objects ---------------------------------------------------------------------------------
@@ -105,7 +104,7 @@ class EthercatFieldbus:
             return error
         place = f"{self._name(node)}: {what}"
         if isinstance(error, self._soem.SdoError):
-            missing = error.abort_code in _NO_SUCH_OBJECT
+            missing = error.abort_code in NO_SUCH_OBJECT
             kind = NoSuchObjectError if missing else BackendError
             return kind(
                 f"{place} refused: {error.desc} (0x{error.abort_code:08X}); look it up in "
@@ -123,9 +122,8 @@ class EthercatFieldbus:
         try:
             self._master.config_map()
         except Exception as error:
-            text = " ".join(str(error).split()) or type(error).__name__
             raise BackendError(
-                f"EtherCAT: process data cannot be mapped: {text}; check the "
+                f"EtherCAT: process data cannot be mapped: {in_a_line(error)}; check the "
                 "session's objects against the slave's manual"
             ) from None
         for layout in layouts:
@@ -301,8 +299,7 @@ class EthercatFieldbus:
             master.close()
 
     def _name(self, node: int) -> str:
-        cables = [winch.cable for winch in self._session.winches if winch.node == node]
-        return f"node {node} (cable {cables[0]})" if cables else f"node {node}"
+        return node_name(self._session, node)
 
 
 def _pysoem() -> Any:

@@ -9,6 +9,21 @@ from typing import Protocol
 import can
 
 from cdprcal.hardware.drives.process_data import Image, Layout
+from cdprcal.hardware.session import Session
+
+#: CiA 301: there is no such object, or no such subindex.
+NO_SUCH_OBJECT = (0x06020000, 0x06090011)
+
+
+def node_name(session: Session, node: int) -> str:
+    """'node 3 (cable 1)'."""
+    cables = [winch.cable for winch in session.winches if winch.node == node]
+    return f"node {node} (cable {cables[0]})" if cables else f"node {node}"
+
+
+def in_a_line(error: Exception) -> str:
+    """What a library says, or its kind of error where it says nothing."""
+    return " ".join(str(error).split()) or type(error).__name__
 
 
 class Fieldbus(Protocol):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.session import Session, Winch
-from cdprcal.hardware.session.objects import object_type, parse_object
+from cdprcal.hardware.session.objects import ObjectType, object_type, parse_object
 
 Key = tuple[int, int]
 #: Values of one node by object.
@@ -34,9 +34,7 @@ class Entry:
     @property
     def range(self) -> tuple[int, int]:
         """Smallest and largest value."""
-        if self.signed:
-            return -(1 << (self.bits - 1)), (1 << (self.bits - 1)) - 1
-        return 0, (1 << self.bits) - 1
+        return ObjectType(self.bits, self.signed).range
 
 
 @dataclass(frozen=True)
