@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
+from typing import Any
+
+import typer
 
 
-def words(metavar: str) -> Callable[[str], list[str]]:
-    """For an option whose metavar lists its values: 'unified|static|kinematic'."""
+def one_of(words: str, *names: str, help: str) -> Any:
+    """An option whose value is one of some words: 'unified|static|kinematic'."""
 
     def complete(incomplete: str) -> list[str]:
-        return [word for word in metavar.split("|") if word.startswith(incomplete)]
+        return [word for word in words.split("|") if word.startswith(incomplete)]
 
-    return complete
+    return typer.Option(*names, metavar=words, autocompletion=complete, help=help)
 
 
 def robot_names(incomplete: str) -> list[str]:

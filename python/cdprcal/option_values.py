@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cdprcal.completion import words
+from cdprcal.completion import one_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,10 +19,9 @@ if TYPE_CHECKING:
 
 DistributionOption = Annotated[
     str,
-    typer.Option(
+    one_of(
+        "barycentre|minimum_norm|mid_range|given_lambda",
         "--distribution",
-        metavar="barycentre|minimum_norm|mid_range|given_lambda",
-        autocompletion=words("barycentre|minimum_norm|mid_range|given_lambda"),
         help="Which of the tensions that carry the weight are meant.",
     ),
 ]

@@ -27,7 +27,7 @@ from cdprcal.command import (
     print_json,
     reports_errors,
 )
-from cdprcal.completion import words
+from cdprcal.completion import one_of
 from cdprcal.option_values import split_numbers
 
 if TYPE_CHECKING:
@@ -43,18 +43,16 @@ def command(
     log: LogArgument,
     method: Annotated[
         str,
-        typer.Option(
-            metavar="unified|static|kinematic",
-            autocompletion=words("unified|static|kinematic"),
+        one_of(
+            "unified|static|kinematic",
             help="static: tensions, lengths, swivels and attitude at rest; kinematic: without "
             "tensions, also in motion; unified: both.",
         ),
     ] = "unified",
     formulation: Annotated[
         str,
-        typer.Option(
-            metavar="full|paper",
-            autocompletion=words("full|paper"),
+        one_of(
+            "full|paper",
             help="full: all six equations of statics and everything the first pose knows; paper: "
             "eqs 13-17 to the letter.",
         ),
@@ -68,9 +66,8 @@ def command(
     ] = "",
     noise: Annotated[
         str,
-        typer.Option(
-            metavar="data|specified",
-            autocompletion=words("data|specified"),
+        one_of(
+            "data|specified",
             help="Where the weights come from: the readings themselves, with outliers and slack "
             "cables left out, or the robot file's sigma (default: data; specified for "
             "--formulation paper).",

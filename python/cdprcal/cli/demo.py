@@ -66,7 +66,7 @@ def command(
     from cdprcal.diagnosis import diagnosis_as_dict
     from cdprcal.diagnosis.pictures import write_pictures
     from cdprcal.extras import lacking
-    from cdprcal.io.files import reason
+    from cdprcal.io.files import make_folder
     from cdprcal.terminal import answers, notes, say
 
     keep_apart({"-o": output}, {})
@@ -83,10 +83,7 @@ def command(
     folder = Path(output)
     if not force:
         refuse_what_is_no_demonstration(folder, draws=draws)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise _core.InputError(f"{folder}: cannot be made: {reason(error)}") from None
+    make_folder(folder)
 
     say(out, f"1. {the_robot.name} wakes up: lengths, swivel angles and yaw are relative")
     plan = story.make_plan(the_robot, folder / PLAN).plan

@@ -7,9 +7,8 @@ from typing import Annotated
 
 import typer
 
-from cdprcal.cli.live import PortOption
+from cdprcal.cli.live import PortOption, serve
 from cdprcal.command import (
-    DONE,
     ForceOption,
     MapOption,
     RobotArgument,
@@ -47,12 +46,9 @@ def command(
     The page begins with what diagnose finds; every number on it is from the same fit as diagnose's.
     Only this computer can open it. Ctrl-C ends the command.
     """
-    import threading
-
     from cdprcal.explore import Exploration, ExploreServer
     from cdprcal.mapping import Reader
     from cdprcal.tables import print_findings
-    from cdprcal.terminal import notes, say
 
     keep_apart({"-o": output}, {"robot file": robot, "log": logs, "mapping file": map_})
     keep_existing({"robot file": output}, force=force)
@@ -65,8 +61,4 @@ def command(
     with ExploreServer(
         exploration, names, output=Path(output) if output else None, port=port
     ) as server:
-        try:
-            say(notes(), f"Open {server.address} in a browser on this computer; Ctrl-C ends")
-            threading.Event().wait()
-        except KeyboardInterrupt:
-            raise typer.Exit(DONE) from None
+        serve(server)

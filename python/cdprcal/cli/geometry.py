@@ -23,7 +23,7 @@ from cdprcal.command import (
     print_json,
     reports_errors,
 )
-from cdprcal.completion import words
+from cdprcal.completion import one_of
 
 EXAMPLE = "Example: cdprcal geometry belts.yaml grid.txt --map records.yaml -o calibrated.yaml"
 
@@ -47,27 +47,24 @@ def command(
     map_: MapOption = "",
     offset: Annotated[
         str,
-        typer.Option(
-            metavar="none|common|each",
-            autocompletion=words("none|common|each"),
+        one_of(
+            "none|common|each",
             help="What whole lengths may be wrong by: nothing, one number for all cables, or one a "
             "cable.",
         ),
     ] = "common",
     scale: Annotated[
         str,
-        typer.Option(
-            metavar="common|each",
-            autocompletion=words("common|each"),
+        one_of(
+            "common|each",
             help="Whether lengths read too much by one share for all cables, or by one a cable "
             "(stretched belts, drums of other diameters).",
         ),
     ] = "common",
     poses: Annotated[
         str,
-        typer.Option(
-            metavar="automatic|samples|rests",
-            autocompletion=words("automatic|samples|rests"),
+        one_of(
+            "automatic|samples|rests",
             help="What counts as a pose (automatic: the rests of a log sampled more often than "
             "twice a second, else every sample).",
         ),

@@ -69,7 +69,7 @@ def command(
     from cdprcal.io import load_log, read_inputs, save_log
     from cdprcal.io.acquisition_inputs import PLAN, ROBOT, SETTINGS
     from cdprcal.io.events import read_events
-    from cdprcal.io.files import reason, write_text
+    from cdprcal.io.files import make_folder, write_text
     from cdprcal.io.log_file import is_mcap_name, require_cable_count
     from cdprcal.mapping import load_mapped, map_offered
     from cdprcal.tables import print_findings
@@ -114,10 +114,7 @@ def command(
     )
     save_log(file.log, output, held, read_events(raw) if held is not None else ())
     if inputs and held is not None:
-        try:
-            Path(inputs).mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"{inputs}: cannot be made: {reason(error)}") from None
+        make_folder(Path(inputs))
         for name, text in held.files().items():
             write_text(Path(held_at[name]), text)
     print_findings(file.findings)

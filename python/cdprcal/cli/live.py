@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from cdprcal.acquisition.guide import Estimate
     from cdprcal.acquisition.pose_guard import Place
     from cdprcal.live import Feed, LiveRun, LiveServer
+    from cdprcal.local_page import LocalServer
 
 LiveOption = Annotated[
     bool,
@@ -32,6 +33,20 @@ PortOption = Annotated[
         "--port", min=0, max=65535, help="Of the page on 127.0.0.1 (default: a free one)."
     ),
 ]
+
+
+def serve(server: LocalServer) -> NoReturn:
+    """Says where a page is, and ends the command at Ctrl-C."""
+    import threading
+
+    from cdprcal.terminal import notes, say
+
+    try:
+        say(notes(), f"Open {server.address} in a browser on this computer; Ctrl-C ends")
+        threading.Event().wait()
+    except KeyboardInterrupt:
+        pass
+    raise typer.Exit
 
 
 class Page:

@@ -21,7 +21,7 @@ from cdprcal.command import (
     reports_errors,
     robot_with_effects,
 )
-from cdprcal.completion import words
+from cdprcal.completion import one_of
 from cdprcal.option_values import (
     DEFAULT_GRID,
     DistributionOption,
@@ -89,9 +89,8 @@ def command(
     ] = "",
     order: Annotated[
         str,
-        typer.Option(
-            metavar="least-time|random",
-            autocompletion=words("least-time|random"),
+        one_of(
+            "least-time|random",
             help="random: each pose several times, shuffled, so that drifts and creep look like no "
             "pose and friction shows in both directions; diagnose wants it (default: least-time; "
             "random with --visits, --seed or --for).",

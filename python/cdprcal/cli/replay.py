@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from cdprcal.cli.live import PortOption
-from cdprcal.command import DONE, LogArgument, load_robot, reports_errors
+from cdprcal.cli.live import PortOption, serve
+from cdprcal.command import LogArgument, load_robot, reports_errors
 
 EXAMPLE = "Example: cdprcal replay run.csv --speed 10"
 
@@ -32,13 +32,10 @@ def command(
 
     Only this computer can open the page. Ctrl-C ends the command.
     """
-    import threading
-
     from cdprcal import _core
     from cdprcal.io import load_log, read_inputs
     from cdprcal.live import LiveServer, places_of, replay_messages
     from cdprcal.tables import print_findings
-    from cdprcal.terminal import notes, say
 
     file = load_log(log)
     print_findings(file.findings)
@@ -55,8 +52,4 @@ def command(
     with LiveServer(
         lambda: replay_messages(file, the_robot, setpoints, places=places, speed=speed), port=port
     ) as server:
-        try:
-            say(notes(), f"Open {server.address} in a browser on this computer; Ctrl-C ends")
-            threading.Event().wait()
-        except KeyboardInterrupt:
-            raise typer.Exit(DONE) from None
+        serve(server)

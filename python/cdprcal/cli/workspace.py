@@ -22,7 +22,7 @@ from cdprcal.command import (
     print_json,
     reports_errors,
 )
-from cdprcal.completion import words
+from cdprcal.completion import one_of
 from cdprcal.option_values import (
     DistributionOption,
     LambdaOption,
@@ -72,9 +72,8 @@ def command(
     ] = None,
     stability: Annotated[
         str,
-        typer.Option(
-            metavar="locked-lengths|constant-tensions",
-            autocompletion=words("locked-lengths|constant-tensions"),
+        one_of(
+            "locked-lengths|constant-tensions",
             help="What must hold the platform still: the winches' brakes (eq. A4), or tension "
             "control, which demands more.",
         ),

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cdprcal import _core
 from cdprcal.diagnosis.plots import (
     AFTER,
     BEFORE,
@@ -20,7 +19,7 @@ from cdprcal.diagnosis.plots import (
     residual_panels,
 )
 from cdprcal.diagnosis.units import shown_word
-from cdprcal.io.files import reason
+from cdprcal.io.files import make_folder
 from cdprcal.pictures import new_figure, save_figure
 
 if TYPE_CHECKING:
@@ -40,10 +39,7 @@ def write_pictures(document: Document, folder: Path) -> list[Path]:
     document: of ``diagnose --json``. Makes the folder if need be. Raises InputError when it cannot
     be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise _core.InputError(f"{folder}: cannot be made: {reason(error)}") from None
+    make_folder(folder)
     pictures = {
         folder / "residuals.png": draw_residuals,
         folder / "gap.png": draw_gap,

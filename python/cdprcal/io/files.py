@@ -284,6 +284,14 @@ def write_texts(texts: Mapping[Path, str]) -> None:
             files.enter_context(atomic_output(path)).write_text(text, encoding="utf-8")
 
 
+def make_folder(path: Path) -> None:
+    """Makes a folder that need not be there yet. Raises InputError naming it."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be made: {reason(error)}") from None
+
+
 #: What to do about what the system says.
 _REMEDIES = {
     errno.ENOENT: "check the path",
