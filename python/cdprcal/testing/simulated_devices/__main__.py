@@ -17,7 +17,7 @@ import sys
 import time
 import tty
 from pathlib import Path
-from types import FrameType, TracebackType
+from types import FrameType
 from typing import Annotated, Self
 
 import typer
@@ -73,12 +73,7 @@ class PtyMti:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._link.unlink(missing_ok=True)
         os.close(self._ours)
         os.close(self._theirs)
