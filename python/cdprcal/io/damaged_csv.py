@@ -15,7 +15,7 @@ from cdprcal.findings import Finding
 from cdprcal.io.files import shown_path
 from cdprcal.io.loaded import LogFile
 from cdprcal.io.log_file import parse_log_bytes, read_log_bytes, sniff_format
-from cdprcal.io.sample_order import clock_remedy, finite_number, header_of
+from cdprcal.io.sample_order import and_more, clock_remedy, finite_number, header_of
 
 
 def load_log_leniently(path: str | Path) -> LogFile:
@@ -121,12 +121,11 @@ def _report_cut(out: _Repaired, line: int) -> None:
 
 def _report_backwards(out: _Repaired, lines: list[int], remedy: str) -> None:
     if lines:
-        more = "" if len(lines) == 1 else f" (and {len(lines) - 1} more, the last {lines[-1]})"
         out.findings.append(
             Finding(
                 severity="error",
                 code="time_not_increasing",
-                message=f"time does not increase at line {lines[0]}{more}",
+                message=f"time does not increase at line {and_more(lines)}",
                 remedy=remedy,
                 line=lines[0],
             )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from cdprcal.io.files import read_bytes
 from cdprcal.io.log_file import readable_format
-from cdprcal.io.mcap_records import readable_records
+from cdprcal.io.mcap_records import json_channel, readable_records
 
 if TYPE_CHECKING:
     from mcap.writer import Writer
@@ -59,9 +59,7 @@ def as_comment(event: Event) -> bytes:
 
 def event_channel(writer: Writer) -> int:
     """The channel of events in an MCAP file that is being written."""
-    schema = json.dumps(_EVENT_SCHEMA).encode()
-    known = writer.register_schema("cdprcal.Event", "jsonschema", schema)
-    return writer.register_channel(EVENT_TOPIC, "json", known)
+    return json_channel(writer, EVENT_TOPIC, _EVENT_SCHEMA)
 
 
 def add_events(writer: Writer, events: Iterable[Event]) -> None:

@@ -11,7 +11,6 @@ import json
 import math
 import os
 import threading
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -22,6 +21,7 @@ from cdprcal.io.acquisition_inputs import AcquisitionInputs, as_comments, attach
 from cdprcal.io.events import Event, as_comment, event_channel
 from cdprcal.io.files import reason
 from cdprcal.io.log_file import is_mcap_name
+from cdprcal.io.mcap_records import json_channel
 from cdprcal.sensors import LOG_GROUPS, columns_of
 
 _SYNC_S = 0.5
@@ -204,7 +204,7 @@ class _McapLog:
     ) -> None:
         from mcap.writer import Writer
 
-        from cdprcal.io.mcap_log import SAMPLE_SCHEMA, TOPIC, sample_schema
+        from cdprcal.io.mcap_log import TOPIC, sample_schema
 
         self._file = file
         self._cables = cable_count
@@ -214,7 +214,7 @@ class _McapLog:
         self._writer = Writer(file, chunk_size=chunk_bytes)  # type: ignore[arg-type]
         self._writer.start(profile="", library="cdprcal")
         attach(self._writer, inputs)
-        self._sample = self._channel(TOPIC, SAMPLE_SCHEMA, sample_schema(self._names))
+        self._sample = json_channel(self._writer, TOPIC, sample_schema(self._names))
         self._event = event_channel(self._writer)
         self._sequence = 0
         self._broken = False
@@ -238,10 +238,6 @@ class _McapLog:
                 self._writer.finish()  # type: ignore[no-untyped-call]
         finally:
             self._file.close()
-
-    def _channel(self, topic: str, name: str, schema: Mapping[str, Any]) -> int:
-        known = self._writer.register_schema(name, "jsonschema", json.dumps(schema).encode())
-        return self._writer.register_channel(topic, "json", known)
 
     def _message(self, channel: int, message: Event) -> None:
         stamp = max(0, round(message["time_s"] * 1e9))

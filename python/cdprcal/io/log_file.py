@@ -15,9 +15,9 @@ from cdprcal.extras import need
 from cdprcal.findings import Finding
 from cdprcal.io.files import begins_with, read_bytes, refuse_many_lines, refuse_utf_16, shown_path
 from cdprcal.io.loaded import LogFile, LogFormat
+from cdprcal.io.mcap_records import MCAP_MAGIC
 from cdprcal.io.sample_order import Disorder, in_order
 
-_MCAP_MAGIC = b"\x89MCAP0\r\n"
 #: How a CSV log begins that ``cdprcal acquire`` wrote.
 ACQUIRED = b"# cdprcal acquisition"
 _COMMENT = re.compile(rb"\n[ \t]*#")
@@ -27,7 +27,7 @@ _RAW_LINE = re.compile(rb"\s*\d+,[-+.\deE]+,")
 
 def sniff_format(data: bytes) -> LogFormat:
     """The kind of log, by content alone: MCAP's magic, a raw robot line, else canonical CSV."""
-    if data.startswith(_MCAP_MAGIC):
+    if data.startswith(MCAP_MAGIC):
         return "mcap"
     start = data[: 1 << 16].lstrip(b"\0\r\n\t ") or data.lstrip(b"\0\r\n\t ")[: 1 << 16]
     return "raw" if _RAW_LINE.match(start) else "csv"
@@ -88,7 +88,7 @@ def read_log_bytes(path: Path) -> bytes:
     and for UTF-16."""
     if (path / "metadata.yaml").is_file():
         raise InputError(f"{path}: is a ROS 2 bag: turn it into a log first, with cdprcal import")
-    if begins_with(path, len(_MCAP_MAGIC)) != _MCAP_MAGIC:
+    if begins_with(path, len(MCAP_MAGIC)) != MCAP_MAGIC:
         refuse_many_lines(path)
     data = read_bytes(path)
     refuse_utf_16(data, path)

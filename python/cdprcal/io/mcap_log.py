@@ -24,11 +24,10 @@ from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
 from cdprcal.io.files import shown_path, shown_text
 from cdprcal.io.loaded import LogFile
-from cdprcal.io.mcap_records import CutError, DamagedError, blocks, inside
+from cdprcal.io.mcap_records import CutError, DamagedError, blocks, inside, json_channel
 from cdprcal.sensors import LOG_GROUPS, columns_of
 
 TOPIC = "/cdprcal/sample"
-SAMPLE_SCHEMA = "cdprcal.Sample"
 _JSON = "json"
 #: Small chunks: a file that is cut loses at most this much (uncompressed bytes).
 _CHUNK_BYTES = 32 * 1024
@@ -60,10 +59,7 @@ def write_mcap_log(
     with path.open("wb") as stream:
         writer = Writer(stream, chunk_size=_CHUNK_BYTES)
         writer.start(profile="", library="cdprcal")
-        schema = writer.register_schema(
-            SAMPLE_SCHEMA, "jsonschema", json.dumps(sample_schema(names)).encode()
-        )
-        channel = writer.register_channel(TOPIC, _JSON, schema)
+        channel = json_channel(writer, TOPIC, sample_schema(names))
         for sequence, (time_s, row) in enumerate(
             zip(log.time_s.tolist(), table.tolist(), strict=True)
         ):
@@ -317,7 +313,7 @@ def sample_schema(names: list[str]) -> dict[str, Any]:
     properties = {"time_s": {"type": "number", "description": "seconds"}}
     properties |= {name: {"type": "number"} for name in names}
     return {
-        "title": SAMPLE_SCHEMA,
+        "title": "cdprcal.Sample",
         "description": "One sample of a cable robot's own sensors; a missing key is an absent "
         "reading. Lengths, swivels and yaw carry unknown constant offsets.",
         "type": "object",

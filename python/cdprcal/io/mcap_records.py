@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import io as binary_io
+import json
 import mmap
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mcap.records import McapRecord
+    from mcap.writer import Writer
 
-_MAGIC = b"\x89MCAP0\r\n"
+MCAP_MAGIC = b"\x89MCAP0\r\n"
 #: Of what a chunk unpacks to. Loggers write chunks of a megabyte or so.
 MOST_CHUNK_BYTES = 64 << 20
 #: As in the mcap library: a larger size is no size.
@@ -49,10 +51,10 @@ def blocks(
     Checksums are verified where the file has them, and a chunk cannot unpack to more than it
     announces. Indices are not read: whatever is wrong with them does not matter.
     """
-    if data[: len(_MAGIC)] != _MAGIC:
+    if data[: len(MCAP_MAGIC)] != MCAP_MAGIC:
         raise DamagedError("no MCAP")
     unpacked = 0
-    for opcode, begin, end in _walk(data, len(_MAGIC)):
+    for opcode, begin, end in _walk(data, len(MCAP_MAGIC)):
         if opcode == _CHUNK:
             size, compression, crc, packed = _chunk(data[begin:end])
             unpacked += size
@@ -66,7 +68,7 @@ def blocks(
             if crc and crc != _checksum(data, begin - _HEAD.size):
                 raise DamagedError("the checksum of the data does not fit")
         elif opcode == _FOOTER:
-            if data[end : end + len(_MAGIC)] != _MAGIC:
+            if data[end : end + len(MCAP_MAGIC)] != MCAP_MAGIC:
                 raise CutError
             return
     raise CutError
@@ -82,13 +84,20 @@ def _checksum(data: bytes | mmap.mmap, end: int) -> int:
 def write_checksums(path: Path) -> None:
     """Gives every chunk of a valid file the CRC that its writer left out. Raises OSError."""
     with path.open("r+b") as stream, mmap.mmap(stream.fileno(), 0) as data:
-        for opcode, begin, end in _walk(data, len(_MAGIC)):
+        for opcode, begin, end in _walk(data, len(MCAP_MAGIC)):
             if opcode == _CHUNK:
                 size, compression, _, packed = _chunk(data[begin:end])
                 crc = zlib.crc32(_unpacked(packed, compression, size, 0))
                 struct.pack_into("<I", data, begin + _CHUNK_CRC, crc)
             elif opcode == _FOOTER:
                 return
+
+
+def json_channel(writer: Writer, topic: str, schema: Mapping[str, Any]) -> int:
+    """A channel of JSON messages in a file that is being written; its schema has a title."""
+    text = json.dumps(schema).encode()
+    known = writer.register_schema(schema["title"], "jsonschema", text)
+    return writer.register_channel(topic, "json", known)
 
 
 def records(data: bytes) -> Iterator[McapRecord]:

@@ -18,6 +18,7 @@ from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
 from cdprcal.io.files import shown_path
 from cdprcal.io.loaded import LogFile
+from cdprcal.io.sample_order import and_more, later_than_all_before
 from cdprcal.sensors import MOST_CABLES
 
 _NEWLINE, _COMMA, _RETURN = 10, 44, 13
@@ -179,17 +180,16 @@ def _usable(lines: _Lines, findings: list[Finding]) -> Flags:
 
 
 def _report_lines(chosen: Flags, code: str, what: str, findings: list[Finding]) -> None:
-    numbers = np.flatnonzero(chosen) + 1
-    if numbers.size == 0:
+    numbers = (np.flatnonzero(chosen) + 1).tolist()
+    if not numbers:
         return
-    others = "" if numbers.size == 1 else f" (and {numbers.size - 1} more, the last {numbers[-1]})"
     findings.append(
         Finding(
             severity="warning",
             code=code,
-            message=f"line {numbers[0]}{others}: {what}",
+            message=f"line {and_more(numbers)}: {what}",
             remedy="readings are missing there; look at these lines",
-            line=int(numbers[0]),
+            line=numbers[0],
         )
     )
 
@@ -245,7 +245,7 @@ class _Samples:
         group[order] = np.cumsum(np.isin(np.arange(lines.size), first)) - 1
         sample_time = time[first]
         sample_line = lines[order][first] + 1
-        kept = _later_than_all_before(sample_time)
+        kept = later_than_all_before(sample_time)
         _report_time(sample_time, sample_line, kept, findings)
         number = np.cumsum(kept) - 1
 
@@ -256,13 +256,6 @@ class _Samples:
         self.attitude_kept: Flags = kept[group[cable_lines.size :]]
         self.of_cable: Integers = number[group[: cable_lines.size]]
         self.of_attitude: Integers = number[group[cable_lines.size :]]
-
-
-def _later_than_all_before(time: Floats) -> Flags:
-    finite = np.isfinite(time)
-    latest = np.maximum.accumulate(np.where(finite, time, -np.inf))
-    before = np.concatenate([[-np.inf], latest[:-1]])
-    return finite & (time > before)
 
 
 def _report_time(time: Floats, line: Integers, kept: Flags, findings: list[Finding]) -> None:

@@ -80,7 +80,7 @@ def in_order(data: bytes) -> Ordered | Disorder | None:
             seen.add(row)
             kept.append((number, time_s))
     line_of, times_s = np.array([k[0] for k in kept]), np.array([k[1] for k in kept])
-    late = _late(times_s)
+    late = np.flatnonzero(~later_than_all_before(times_s))
     if not len(late) and not repeated:
         return None
     order = np.argsort(times_s, kind="stable")
@@ -100,6 +100,19 @@ def in_order(data: bytes) -> Ordered | Disorder | None:
     return Ordered(b"\n".join([lines[header], *rows, b""]), line_of, tuple(findings))
 
 
+def later_than_all_before(times_s: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which rows have a time, and that a later one than all rows before."""
+    finite = np.isfinite(times_s)
+    latest = np.maximum.accumulate(np.where(finite, times_s, -np.inf))
+    return finite & (times_s > np.concatenate([[-np.inf], latest[:-1]]))
+
+
+def and_more(lines: Sequence[int]) -> str:
+    """The first of some lines, how many more there are, and the last."""
+    first, *more = lines
+    return f"{first} (and {len(more)} more, the last {more[-1]})" if more else f"{first}"
+
+
 def clock_remedy(*, same: int, back: int, begins_again: bool) -> str:
     """What to do about so many rows of the time of the one before, and that go back."""
     if same > back:
@@ -107,11 +120,6 @@ def clock_remedy(*, same: int, back: int, begins_again: bool) -> str:
     if begins_again:
         return "split the file there, or give a mapping file with --map: then the last run counts"
     return "split the file where the clock was set, or log again"
-
-
-def _late(times_s: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Rows that are not later than all before."""
-    return np.flatnonzero(times_s[1:] <= np.maximum.accumulate(times_s)[:-1]) + 1
 
 
 def _were_exchanged(times_s: NDArray[np.float64], order: NDArray[np.int64]) -> bool:
@@ -131,7 +139,7 @@ def _were_exchanged(times_s: NDArray[np.float64], order: NDArray[np.int64]) -> b
 def _disorder(times_s: NDArray[np.float64], line_of: NDArray[np.int64]) -> Disorder:
     steps = np.diff(times_s)
     same, back = int((steps == 0.0).sum()), int((steps < 0.0).sum())
-    first = int(_late(times_s)[0])
+    first = int(np.argmin(later_than_all_before(times_s)))
     if same > back:
         problem = f"{same} of {len(times_s)} rows have the time of the row before"
     else:

@@ -17,6 +17,7 @@ from cdprcal.io.files import shown_path, shown_text
 from cdprcal.io.loaded import LogFile
 from cdprcal.io.log_file import cut_off
 from cdprcal.io.marks import marks_in, without
+from cdprcal.io.sample_order import later_than_all_before
 from cdprcal.mapping.common_time import nearest, shared_stamps
 from cdprcal.mapping.counter import unwrapped
 from cdprcal.mapping.delimited import is_number
@@ -58,10 +59,7 @@ def apply_map(raw: RawTable, the_map: Map, source: str, robot: _core.Robot | Non
         else:
             scale = factor(sensor.unit, group.unit)
             assert scale is not None  # the model saw to that
-            signs = (
-                group.sign if isinstance(group.sign, list) else [group.sign] * len(group.columns)
-            )
-            parts = zip(group.columns, signs, strict=True)
+            parts = zip(group.columns, group.signs, strict=True)
             values = np.stack([scale * sign * rows.of(column) for column, sign in parts], axis=1)
         if group.delay_s:
             values = _before(values, rows.time_s, group.delay_s, is_angle=sensor.unit == "rad")
@@ -101,7 +99,7 @@ class _Rows:
             time_s = np.where(np.arange(len(time_s)) < begin, np.nan, time_s - time_s[begin])
             self.findings.append(self._begins_again(begin))
         # Each time once, and in order: a clock that went back says so below.
-        self.kept = _increasing(time_s)
+        self.kept = np.flatnonzero(later_than_all_before(time_s))
         rows = len(time_s) - begin
         if len(self.kept) < rows:
             left_out = f"{rows - len(self.kept)} of {rows} rows"
@@ -243,13 +241,6 @@ def _last_begin(time_s: Floats) -> int:
     return int(finite[runs[-1]]) if len(runs) else 0
 
 
-def _increasing(time_s: Floats) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    """Rows whose time is later than that of all rows before."""
-    finite = np.flatnonzero(np.isfinite(time_s))
-    before = np.maximum.accumulate(np.concatenate([[-np.inf], time_s[finite]]))[:-1]
-    return finite[time_s[finite] > before]
-
-
 def _before(values: Floats, time_s: Floats, delay_s: float, *, is_angle: bool) -> Floats:
     """Readings [N, c] that are stamped ``delay_s`` late, at the rows nearest to when they were so:
     what lies between two of them on a straight line."""
@@ -277,8 +268,8 @@ def _angles(rows: _Rows, group: Group, robot: _core.Robot | None, source: str) -
             "the map's attitude is a quaternion: give --robot, whose Euler convention says how "
             "roll, pitch and yaw are to be written"
         )
-    signs = group.sign if isinstance(group.sign, list) else [group.sign] * 4
-    parts = [sign * rows.of(column) for column, sign in zip(group.columns, signs, strict=True)]
+    pairs = zip(group.columns, group.signs, strict=True)
+    parts = [sign * rows.of(column) for column, sign in pairs]
     wxyz = np.stack([parts[i] for i in QUATERNIONS[str(group.unit)]], axis=1)
     norm = np.linalg.norm(wxyz, axis=1)
     there = np.isfinite(norm)

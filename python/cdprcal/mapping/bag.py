@@ -9,10 +9,9 @@ import numpy as np
 
 from cdprcal._core import InputError
 from cdprcal.io.files import reason, shown_path, shown_text
-from cdprcal.mapping.raw import Column, RawTable
+from cdprcal.mapping.raw import MOST_WIDE, Column, RawTable
 from cdprcal.ros2.storage import messages
 
-_MOST_WIDE = 64
 _SKIPPED = {"header", "layout", "__msgtype__"}
 
 
@@ -88,7 +87,7 @@ def _flatten(name: str, value: Any, flat: dict[str, float]) -> None:
     if isinstance(value, bool | int | float | np.number):
         flat[name] = float(value)
     elif isinstance(value, np.ndarray) and value.dtype.kind in "fiub":
-        if len(value) <= _MOST_WIDE:
+        if len(value) <= MOST_WIDE:
             for i, number in enumerate(value.tolist()):
                 flat[f"{name}.{i + 1}"] = float(number)
     elif hasattr(value, "__dataclass_fields__"):

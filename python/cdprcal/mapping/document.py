@@ -115,6 +115,11 @@ class Group(_Strict):
     sign: Sign | list[Sign] = 1
     delay_s: Annotated[float, Field(ge=-10.0, le=10.0)] = 0.0  #: stamped so long after they were so
 
+    @property
+    def signs(self) -> list[Sign]:
+        """One a column."""
+        return self.sign if isinstance(self.sign, list) else [self.sign] * len(self.columns)
+
     @field_validator("sign", mode="before")
     @classmethod
     def _directions(cls, sign: Any) -> Any:

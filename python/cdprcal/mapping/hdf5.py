@@ -11,8 +11,8 @@ import numpy as np
 from cdprcal._core import InputError
 from cdprcal.extras import need
 from cdprcal.io.files import shown_path
-from cdprcal.mapping.nested import MOST_NESTED, nested_table
-from cdprcal.mapping.raw import RawTable
+from cdprcal.mapping.nested import nested_table
+from cdprcal.mapping.raw import MOST_NESTED, RawTable
 
 HDF5_MAGIC = b"\x89HDF"
 #: Attributes of an array in which people write its unit.

@@ -14,12 +14,10 @@ from cdprcal._core import InputError
 from cdprcal.io.files import read_bytes, refuse_many_lines, shown_path, shown_text
 from cdprcal.mapping.delimited import clock_column
 from cdprcal.mapping.one_a_row import one_a_row
-from cdprcal.mapping.raw import Column, RawTable
+from cdprcal.mapping.raw import MOST_NESTED, MOST_WIDE, Column, RawTable
 
 Row = dict[str, float | str | None]
 
-_MOST_WIDE = 64
-_MOST_NESTED = 12
 _LEAST_LINES = 2
 
 
@@ -100,13 +98,13 @@ def parsed(text: str | bytes) -> Any:
 
 
 def _flatten(name: str, value: Any, flat: Row, depth: int) -> None:
-    if depth > _MOST_NESTED:
+    if depth > MOST_NESTED:
         return
     if isinstance(value, dict):
         for key, inner in value.items():
             _flatten(f"{name}.{key}" if name else key, inner, flat, depth + 1)
     elif isinstance(value, list):
-        for i, inner in enumerate(value[:_MOST_WIDE], start=1):
+        for i, inner in enumerate(value[:MOST_WIDE], start=1):
             _flatten(f"{name}.{i}", inner, flat, depth + 1)
     elif value is None or isinstance(value, str):
         flat[name] = value

@@ -12,11 +12,8 @@ import numpy as np
 from cdprcal._core import InputError
 from cdprcal.io.files import shown_path
 from cdprcal.mapping.common_time import on_common_time
-from cdprcal.mapping.raw import Column, Floats, RawTable
+from cdprcal.mapping.raw import MOST_NESTED, MOST_WIDE, Column, Floats, RawTable
 from cdprcal.mapping.recognise import taken_apart
-
-_MOST_WIDE = 64
-MOST_NESTED = 12
 
 
 def nested_table(path: Path, kind: str, held: Mapping[str, Any]) -> RawTable:
@@ -116,6 +113,6 @@ def _flatten(name: str, value: Any, columns: dict[str, Column], depth: int) -> N
     elif table.ndim == 2:
         if table.shape[0] < table.shape[1]:
             table = table.T
-        if table.shape[1] <= _MOST_WIDE:
+        if table.shape[1] <= MOST_WIDE:
             for i in range(table.shape[1]):
                 columns[f"{name}.{i + 1}"] = Column(table[:, i].astype(np.float64))

@@ -10,8 +10,12 @@ from numpy.typing import NDArray
 
 from cdprcal._core import InputError
 from cdprcal.io.files import shown_path, shown_text
+from cdprcal.io.sample_order import and_more
 
 Floats = NDArray[np.float64]
+
+#: Of arrays: what has more columns, or is nested deeper, holds no readings.
+MOST_WIDE, MOST_NESTED = 64, 12
 
 
 @dataclass(frozen=True)
@@ -63,10 +67,7 @@ class RawTable:
     @property
     def lost(self) -> str:
         """Where the NUL bytes are, for people; empty: there are none."""
-        if not self.lost_lines:
-            return ""
-        first, *more = self.lost_lines
-        return f"line {first}" + (f" (and {len(more)} more, the last {more[-1]})" if more else "")
+        return f"line {and_more(self.lost_lines)}" if self.lost_lines else ""
 
     def readings(self, name: str) -> Column:
         """A column whose every cell could be read. Raises InputError naming line and cell."""

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from cdprcal.extras import need
 from cdprcal.io.files import begins_with, is_workbook
+from cdprcal.io.mcap_records import MCAP_MAGIC
 from cdprcal.mapping.arrow import FEATHER_MAGICS, PARQUET_MAGIC, read_arrow
 from cdprcal.mapping.bag import read_bag
 from cdprcal.mapping.delimited import read_delimited
@@ -20,7 +21,6 @@ from cdprcal.mapping.records import holds_records, read_records
 from cdprcal.mapping.scope import holds_scope, read_scope
 from cdprcal.mapping.workbook import read_workbook
 from cdprcal.ros2 import is_bag
-from cdprcal.ros2.storage import MCAP_MAGIC
 
 
 def read_raw(path: str | Path, form: DelimitedForm | None = None) -> RawTable:

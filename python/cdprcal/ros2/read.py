@@ -21,8 +21,8 @@ from cdprcal.hardware.session import Ros2
 from cdprcal.hardware.xsens.measurement import rotation_from_quaternion, rotation_from_zyx_deg
 from cdprcal.io.files import begins_with, reason, shown_path, shown_text
 from cdprcal.io.loaded import LogFile
-from cdprcal.io.mcap_records import CutError, DamagedError
-from cdprcal.ros2.storage import MCAP_MAGIC, SQLITE_MAGIC, StorageError, is_protected, messages
+from cdprcal.io.mcap_records import MCAP_MAGIC, CutError, DamagedError
+from cdprcal.ros2.storage import SQLITE_MAGIC, StorageError, is_protected, messages
 from cdprcal.ros2.topics import JOINT_STATE, length_joints, swivel_joints, wanted_types
 from cdprcal.sensors import MOST_CABLES, feels_gravity
 

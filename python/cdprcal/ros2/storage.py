@@ -18,6 +18,7 @@ from typing import Any
 
 from cdprcal.io.files import begins_with, in_words
 from cdprcal.io.mcap_records import (
+    MCAP_MAGIC,
     MOST_CHUNK_BYTES,
     blocks,
     inside,
@@ -25,7 +26,6 @@ from cdprcal.io.mcap_records import (
     unpack_zstd,
 )
 
-MCAP_MAGIC = b"\x89MCAP0\r\n"
 SQLITE_MAGIC = b"SQLite format 3\0"
 _NEWEST_VERSION = 9
 #: Key of custom_data in the metadata: before the name of a file, what its SHA-256 is.
