@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from cdprcal.extras import need
 from cdprcal.io.files import atomic_output
 from cdprcal.io.replacing import MAKER, check_ending
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from cdprcal._core import Box
 
 _DOTS_PER_INCH = 130
 
@@ -21,6 +24,14 @@ def new_figure(width_in: float, height_in: float) -> Figure:
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width_in, height_in), layout="constrained")
+
+
+def draw_box(axes: Axes, box: Box, across: int, up: int, **style: Any) -> None:
+    """The outline of a box, seen along the world axis that is neither of these two."""
+    from matplotlib.patches import Rectangle
+
+    low, size = box.lower_m, box.upper_m - box.lower_m
+    axes.add_patch(Rectangle((low[across], low[up]), size[across], size[up], fill=False, **style))
 
 
 def save_figure(figure: Figure, path: Path) -> None:

@@ -203,6 +203,11 @@ def counted(count: int, one: str, many: str = "") -> str:
     return f"{count} {one if count == 1 else many or one + 's'}"
 
 
+def listed(words: Sequence[str]) -> str:
+    """'a', 'a and b', 'a, b and c'."""
+    return " and ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
+
+
 def fixed(value: float | None, digits: int) -> str:
     """A number with so many digits after the point, and no minus before 0; – when there is none."""
     return "–" if value is None else f"{value:z.{digits}f}"

@@ -22,9 +22,6 @@ from cdprcal.command import (
 from cdprcal.option_values import DEFAULT_GRID, parse_grid, parse_sensors
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from cdprcal import _core
 
 EXAMPLE = "Example: cdprcal generate irma4 --grid 3x3x3 -o run.csv --truth truth.json"
@@ -79,6 +76,7 @@ def command(
     from cdprcal.io import save_log
     from cdprcal.io.files import write_text
     from cdprcal.io.log_file import is_mcap_name
+    from cdprcal.planning.start_up import stops_of
     from cdprcal.results import pose_as_dict, strict_json
     from cdprcal.terminal import answers, counted, say
 
@@ -99,7 +97,7 @@ def command(
         seed=seed,
     )
     setpoints, poses = (
-        stops_of(the_robot, plan)
+        stops_of(plan_of(the_robot, plan)[0])
         if plan
         else _core.default_stops(the_robot, *parse_grid(grid or DEFAULT_GRID))
     )
@@ -128,15 +126,6 @@ def command(
                 err=True,
             )
             break
-
-
-def stops_of(robot: _core.Robot, path: str) -> tuple[list[NDArray[np.float64]], list[_core.Pose]]:
-    """What a plan file goes through: tension set-points [N] and poses, its start first."""
-    plan, _ = plan_of(robot, path)
-    return (
-        [plan.start_tension_N, *(stop.tension_N for stop in plan.poses)],
-        [plan.start_pose, *(stop.pose for stop in plan.poses)],
-    )
 
 
 def with_sensors(log: _core.Log, groups: set[str]) -> _core.Log:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from cdprcal import _core
 from cdprcal.diagnosis.table import believable, shown_size
+from cdprcal.planning.start_up import stops_of
 from cdprcal.results import number, numbers
 from cdprcal.terminal import Table, answers, say
 
@@ -29,7 +30,7 @@ _HOPELESS, _ENOUGH = 100.0, 0.01
 
 def foresight_as_dict(robot: _core.Robot, plan: _core.Plan) -> dict[str, Any]:
     """The key ``diagnose`` of ``plan --diagnose --json``."""
-    seen = _foreseen(robot, *_stops_of(plan))
+    seen = _foreseen(robot, *stops_of(plan))
     return {
         "poses": seen.poses,
         "effects": [
@@ -60,7 +61,7 @@ def positions_that_show(
     One place after the other, each the one that then helps most, visited twice; none where no place
     helps. Places are positions [3] [m]. Raises InputError for a name that rest cannot show.
     """
-    tensions_N, poses = _stops_of(plan)
+    tensions_N, poses = stops_of(plan)
     offered = _places(robot, box)
     chosen: list[NDArray[np.float64]] = []
     least = _badness(robot, tensions_N, poses, asked)
@@ -131,19 +132,12 @@ def with_added(
     added: Sequence[NDArray[np.float64]],
 ) -> dict[str, Any]:
     """``foresight_as_dict`` of a plan to which places were added, with what was before."""
-    seen = _foreseen(robot, *_stops_of(without), asked)
+    seen = _foreseen(robot, *stops_of(without), asked)
     return document | {
         "asked": list(asked),
         "added_positions_m": [numbers(place) for place in added],
         "detectable_without": {e.info.name: number(e.detectable) for e in seen.effects},
     }
-
-
-def _stops_of(plan: _core.Plan) -> tuple[list[NDArray[np.float64]], list[_core.Pose]]:
-    return (
-        [plan.start_tension_N, *(stop.tension_N for stop in plan.poses)],
-        [plan.start_pose, *(stop.pose for stop in plan.poses)],
-    )
 
 
 def _foreseen(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdprcal import _core
-from cdprcal.pictures import new_figure, save_figure
+from cdprcal.pictures import draw_box, new_figure, save_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -98,23 +98,10 @@ def _draw_view(
     plane: tuple[int, int],
 ) -> None:
     """Projection on two world axes."""
-    from matplotlib.patches import Rectangle
-
     i, j = plane
     pulleys = np.array([cable.pulley.position_m for cable in robot.cables])
     axes.plot(pulleys[:, i], pulleys[:, j], "s", color=_PULLEY, markersize=5, label="pulleys")
-    low, high = result.box.lower_m, result.box.upper_m
-    axes.add_patch(
-        Rectangle(
-            (low[i], low[j]),
-            high[i] - low[i],
-            high[j] - low[j],
-            fill=False,
-            edgecolor=_BOX,
-            linestyle="--",
-            label="box",
-        )
-    )
+    draw_box(axes, result.box, i, j, edgecolor=_BOX, linestyle="--", label="box")
     for k, way in enumerate(ways):
         axes.plot(
             way[:, i],

@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cdprcal import _core
+
+
+def stops_of(plan: _core.Plan) -> tuple[list[NDArray[np.float64]], list[_core.Pose]]:
+    """What a plan goes through: tension set-points [N] and poses, its start first."""
+    return (
+        [plan.start_tension_N, *(stop.tension_N for stop in plan.poses)],
+        [plan.start_pose, *(stop.pose for stop in plan.poses)],
+    )
 
 
 def start_up_plan(plan: _core.Plan, *, quick: bool = False) -> _core.StartUpPlan:
@@ -13,9 +24,6 @@ def start_up_plan(plan: _core.Plan, *, quick: bool = False) -> _core.StartUpPlan
     """
     stops = plan.poses
     times = [] if quick else [0.0, *(stop.transition_s for stop in stops)]
-    return _core.StartUpPlan(
-        [plan.start_tension_N, *(stop.tension_N for stop in stops)],
-        times,
-        [False, *(not stop.measured for stop in stops)],
-        [plan.start_pose, *(stop.pose for stop in stops)],
-    )
+    tensions_N, poses = stops_of(plan)
+    via = [False, *(not stop.measured for stop in stops)]
+    return _core.StartUpPlan(tensions_N, times, via, poses)

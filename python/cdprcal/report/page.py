@@ -36,7 +36,7 @@ from cdprcal.report.scene import MOST_SHOWN, magnification, scene, workspace_mes
 from cdprcal.report.still import still_picture
 from cdprcal.report.subject import Run, Subject
 from cdprcal.tables import CHANNELS, gated_line, sigma_of
-from cdprcal.terminal import fixed
+from cdprcal.terminal import degrees, fixed, scaled
 from cdprcal.trust import worst_sigma
 
 _AXES = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -290,7 +290,7 @@ def _cable_rows(document: dict[str, Any]) -> list[tuple[str, str, str]]:
         (
             str(i + 1),
             text.typeset(f"{fixed(length, 4)} m"),
-            text.typeset(f"{fixed(_degrees(swivels[i]), 3)}°"),
+            text.typeset(f"{fixed(degrees(swivels[i]), 3)}°"),
         )
         for i, length in enumerate(document["initial_lengths_m"])
     ]
@@ -314,7 +314,7 @@ def _residual_rows(robot: _core.Robot, run: Run) -> list[tuple[str, ...]]:
         if any(value is not None for value in values):
             unit = "°" if unit == "deg" else unit
             limit = sigma[sigma_key] if sigma_key else None
-            shown = [None if v is None else v * factor for v in (*values, limit)]
+            shown = [scaled(v, factor) for v in (*values, limit)]
             rows.append((name, *(text.small(v, unit) for v in shown)))
     return rows
 
@@ -388,10 +388,6 @@ def _gap(document: dict[str, Any]) -> dict[str, Any]:
 
 def _three(value: float | None) -> str:
     return "–" if value is None or math.isnan(value) else f"{value:.3g}"
-
-
-def _degrees(value: float | None) -> float | None:
-    return None if value is None else value * _DEGREE
 
 
 def _log(run: Run) -> dict[str, str]:

@@ -11,7 +11,7 @@ from cdprcal import _core
 from cdprcal.diagnosis.document import TRUSTED
 from cdprcal.diagnosis.table import left_over
 from cdprcal.report.subject import Subject
-from cdprcal.terminal import decimals, fixed, measured
+from cdprcal.terminal import decimals, fixed, listed, measured
 from cdprcal.trust import worst_sigma
 
 
@@ -46,10 +46,7 @@ def small(value: float | None, unit: str, digits: int = 3) -> str:
 
 def names_in_words(names: list[str]) -> str:
     """'a', 'a and b', 'a, b and c'; underscores become spaces."""
-    words = [name.replace("_", " ") for name in names]
-    if len(words) < 2:
-        return "".join(words)
-    return f"{', '.join(words[:-1])} and {words[-1]}"
+    return listed([name.replace("_", " ") for name in names])
 
 
 def headline(subject: Subject) -> tuple[str, str, str]:

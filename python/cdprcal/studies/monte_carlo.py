@@ -7,13 +7,10 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdprcal import _core
 from cdprcal._core import CalibrateOptions, Robot
 from cdprcal.studies.workers import Workers, spread
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdprcal import _core
-from cdprcal.pictures import new_figure, save_figure
+from cdprcal.pictures import draw_box, new_figure, save_figure
 from cdprcal.workspace.document import plane_area_m2
 
 if TYPE_CHECKING:
@@ -142,7 +142,6 @@ def _draw_cut(
 ) -> Any:
     """The grid's plane through the middle, perpendicular to world axis `normal`."""
     from matplotlib.colors import ListedColormap
-    from matplotlib.patches import Rectangle
 
     across, up = [axis for axis in range(3) if axis != normal]
     grid = workspace.grid
@@ -170,18 +169,8 @@ def _draw_cut(
     pulleys = _pulleys(workspace)
     axes.plot(pulleys[:, across], pulleys[:, up], "s", color=_PULLEY, markersize=5, label="pulleys")
     if box is not None:
-        size = box.upper_m - box.lower_m
-        axes.add_patch(
-            Rectangle(
-                (box.lower_m[across], box.lower_m[up]),
-                size[across],
-                size[up],
-                fill=False,
-                edgecolor=_BOX,
-                linewidth=1.4,
-                label="largest inscribed box",
-            )
-        )
+        style = {"edgecolor": _BOX, "linewidth": 1.4, "label": "largest inscribed box"}
+        draw_box(axes, box, across, up, **style)
     at = float(grid.origin_m[normal] + grid.step_m * middle[normal])
     axes.set_title(f"cut at {'xyz'[normal]} = {at:.3g} m", fontsize=10)
     axes.set_xlabel(f"{'xyz'[across]} [m]", fontsize=9)
