@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 Severity = Literal["error", "warning", "info"]
+
+
+_WORST_FIRST = ("error", "warning", "info")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,13 +31,9 @@ class Finding:
 
     def as_dict(self) -> dict[str, Any]:
         """The finding as plain data, absent places as None."""
-        return {
-            "severity": self.severity,
-            "code": self.code,
-            "message": self.message,
-            "remedy": self.remedy,
-            "line": self.line,
-            "time_s": self.time_s,
-            "end_s": self.end_s,
-            "channel": self.channel,
-        }
+        return asdict(self)
+
+
+def worst_first(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Errors, then warnings, then the rest."""
+    return tuple(sorted(findings, key=lambda finding: _WORST_FIRST.index(finding.severity)))

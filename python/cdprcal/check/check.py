@@ -15,13 +15,11 @@ from cdprcal.check.signals import SignalReport, describe_signals
 from cdprcal.check.subject import Subject
 from cdprcal.check.tension import check_tensions
 from cdprcal.check.timing import check_sampling, check_segments
-from cdprcal.findings import Finding
+from cdprcal.findings import Finding, worst_first
 from cdprcal.io.damaged_csv import load_log_leniently
 from cdprcal.io.files import shown_path
 from cdprcal.io.loaded import LogFile
 from cdprcal.io.log_file import require_cable_count
-
-_ORDER = {"error": 0, "warning": 1, "info": 2}
 
 
 @dataclass(frozen=True)
@@ -99,10 +97,8 @@ def check_log(robot: _core.Robot, file: LogFile, segment: int = -1) -> CheckRepo
             check_stuck(subject, signals)
         check_tensions(subject)
         check_coverage(subject, equilibria)
-    findings = sorted(subject.findings, key=lambda finding: _ORDER[finding.severity])
-    return CheckReport(
-        file, given, tuple(segments), run, tuple(equilibria), signals, tuple(findings)
-    )
+    findings = worst_first(subject.findings)
+    return CheckReport(file, given, tuple(segments), run, tuple(equilibria), signals, findings)
 
 
 def choose_segment(count: int, segment: int) -> int:

@@ -38,8 +38,7 @@ def check_coverage(subject: Subject, equilibria: list[_core.Equilibrium]) -> Non
             "too_few_poses",
             "the platform does not move in the run: a single pose says nothing about offsets",
             "visit more poses, or choose the right segment with --segment",
-            begin=0,
-            end=subject.time_s.size,
+            whole=True,
         )
         return
     needed = _poses_needed(subject)
@@ -49,8 +48,7 @@ def check_coverage(subject: Subject, equilibria: list[_core.Equilibrium]) -> Non
             "too_few_equilibria",
             f"the platform rests at {resting} different places; statics need at least {needed}",
             "dwell longer at each pose; --method kinematic needs no rest",
-            begin=0,
-            end=subject.time_s.size,
+            whole=True,
         )
 
 

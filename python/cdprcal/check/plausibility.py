@@ -38,7 +38,7 @@ def check_ranges(subject: Subject) -> None:
             # Some sensors count from 0 to 360°, which is harmless. Degrees go beyond that, or pass
             # through what no platform reaches.
             turned = np.nanmax(np.abs(values)) <= 2.0 * math.pi
-            angle = (values + math.pi) % (2.0 * math.pi) - math.pi if turned else values
+            angle = _wrapped(values) if turned else values
             angle = np.abs(angle)
             if turned and np.nanmin(angle) > math.pi / 2.0:
                 _report_upside_down(subject, channel)
@@ -174,7 +174,7 @@ def _second_differences(
     steps = np.diff(time)
     change = np.diff(values)
     if channel.is_angle:
-        change = (change + math.pi) % (2 * math.pi) - math.pi
+        change = _wrapped(change)
     rate = change / steps
     span = np.maximum(steps[1:], steps[:-1])
     second = np.abs(np.diff(rate)) * span
@@ -205,7 +205,7 @@ def _stand_alone(values: Floats, impossible: Flags, angles: bool) -> Flags:
     """Single readings far from where those around them lead: no motion, and nothing lasts."""
     steps = np.diff(values)
     if angles:
-        steps = (steps + math.pi) % (2 * math.pi) - math.pi
+        steps = _wrapped(steps)
     around = np.pad(steps, _TREND_STEPS // 2, mode="edge")
     steps -= np.median(np.lib.stride_tricks.sliding_window_view(around, _TREND_STEPS), axis=1)
     there, back = steps[:-1], steps[1:]
@@ -283,6 +283,10 @@ def _steepest(values: Floats, begin: int, end: int) -> int:
     low = max(begin, 1)
     steps = np.abs(np.diff(values[low - 1 : end + 1]))
     return low + int(np.argmax(steps))
+
+
+def _wrapped(angles: Floats) -> Floats:
+    return (angles + math.pi) % (2.0 * math.pi) - math.pi
 
 
 def _first(values: Floats) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 
 from cdprcal import _core
 from cdprcal._core import InputError
-from cdprcal.findings import Finding, Severity
+from cdprcal.findings import Finding, Severity, worst_first
 from cdprcal.sensors import SENSORS
 from cdprcal.workspace import round_step_m
 from cdprcal.workspace.document import is_planar
@@ -76,9 +76,8 @@ def check_robot(robot: _core.Robot) -> RobotReport:
                 "report work all the same, workspace, plan and generate do not",
             )
         )
-    order = ("error", "warning", "info")
-    findings.sort(key=lambda finding: order.index(finding.severity))
-    return RobotReport(robot, None if planar else size, size if planar else None, tuple(findings))
+    volume, area = (None, size) if planar else (size, None)
+    return RobotReport(robot, volume, area, worst_first(findings))
 
 
 def sizes_of(robot: _core.Robot) -> Iterator[Finding]:

@@ -11,7 +11,7 @@ from cdprcal import _core
 from cdprcal.check.signals import SignalReport
 from cdprcal.check.subject import Channel, Floats, Subject, duration_s, longest_of, stretches
 from cdprcal.sensors import SENSORS, columns_of
-from cdprcal.terminal import counted
+from cdprcal.terminal import counted, listed
 
 #: Of readings that a pose rests on; how fast it moves is no part of it.
 _UNITS_OF_POSES = ("m", "rad", "N")
@@ -61,8 +61,7 @@ def check_presence(subject: Subject) -> None:
             "missing_sensor",
             "neither cable lengths nor swivel angles were read",
             "at least one of them must be logged to calibrate anything",
-            begin=0,
-            end=subject.time_s.size,
+            whole=True,
         )
 
 
@@ -74,17 +73,11 @@ def _report_absent(subject: Subject, absent: list[str], held: list[str]) -> None
         "warning",
         "missing_sensor",
         f"no {' and no '.join(SENSORS[group].in_words for group in absent)} was read in the run",
-        f"the pose rests on {_listed(words)} alone"
+        f"the pose rests on {listed(words)} alone"
         + (", without statics" if "tension_N" in absent else ""),
-        begin=0,
-        end=subject.time_s.size,
+        whole=True,
         channel=absent[0] if len(absent) == 1 else None,
     )
-
-
-def _listed(words: Sequence[str]) -> str:
-    """'a', 'a and b', 'a, b and c'."""
-    return " and ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
 
 
 def _check_channel(subject: Subject, name: str, read: np.ndarray | None) -> None:
@@ -94,8 +87,7 @@ def _check_channel(subject: Subject, name: str, read: np.ndarray | None) -> None
             "missing_sensor",
             f"{name} was never read in the run",
             "check the sensor and its cable; the other channels are used",
-            begin=0,
-            end=subject.time_s.size,
+            whole=True,
             channel=name,
         )
         return

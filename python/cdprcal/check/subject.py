@@ -104,9 +104,12 @@ class Subject:
         *,
         begin: int | None = None,
         end: int | None = None,
+        whole: bool = False,
         channel: str | None = None,
     ) -> None:
-        """Notes a finding; begin and end (exclusive) are samples of the run."""
+        """Notes a finding; begin and end (exclusive) are samples of the run, whole is all of it."""
+        if whole:
+            begin, end = 0, self.time_s.size
         where = None if begin is None else self.run.start + begin
         last = None if end is None else self.run.start + end - 1
         self.findings.append(

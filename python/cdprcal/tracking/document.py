@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from cdprcal import _core
+from cdprcal.check.subject import stretches
 from cdprcal.findings import Finding
 from cdprcal.results import number, numbers, pose_as_dict
 from cdprcal.tracking.deviations import deviations
@@ -23,7 +24,7 @@ def track_as_dict(
     trusted = track.trusted
     time_s = track.time_s
     left_out = np.array([track[i].left_out for i in range(len(track))])
-    lasting_s = [time_s[end - 1] - time_s[begin] for begin, end in _stretches(left_out > 0)]
+    lasting_s = [time_s[end - 1] - time_s[begin] for begin, end in stretches(left_out > 0)]
     return {
         "caveats": [caveat.as_dict() for caveat in caveats],
         "samples": len(track),
@@ -67,16 +68,10 @@ def _most(values: Any) -> float | None:
 
 def _untrusted(track: _core.Track, time_s: Any, trusted: Any) -> Iterable[dict[str, Any]]:
     """Stretches of samples that are not to be trusted, each with its first reason."""
-    for begin, end in _stretches(~trusted):
+    for begin, end in stretches(~trusted):
         yield {
             "begin_s": number(time_s[begin]),
             "end_s": number(time_s[end - 1]),
             "samples": end - begin,
             "reason": track[begin].reason,
         }
-
-
-def _stretches(marked: Any) -> Iterator[tuple[int, int]]:
-    """Begin and end (one past the last) of the samples in a row that are marked."""
-    edges = np.flatnonzero(np.diff(marked.astype(int), prepend=0, append=0)).tolist()
-    yield from zip(edges[::2], edges[1::2], strict=True)
