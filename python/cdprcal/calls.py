@@ -42,7 +42,7 @@ from cdprcal.check import caveats_with_log
 from cdprcal.io.loaded import LogFile
 from cdprcal.mapping import Reader
 from cdprcal.planning.start_up import start_up_plan
-from cdprcal.tracking.start import require_start
+from cdprcal.tracking.start import require_robot, require_start
 
 Path: TypeAlias = str | os.PathLike[str]
 
@@ -63,6 +63,12 @@ def as_log(log: Log | Path | Any, robot: Robot, map: Path = "") -> Log:
     raise InputError(
         f"log: is a {type(log).__name__}; give a Log, the path of a file or a pandas.DataFrame"
     )
+
+
+def _as_logs(logs: Any, robot: Robot, map: Path) -> list[Log]:
+    """One log or several, each as ``as_log`` takes it."""
+    several = isinstance(logs, Sequence) and not isinstance(logs, str)
+    return [as_log(log, robot, map) for log in (logs if several else [logs])]
 
 
 def calibrate(
@@ -94,10 +100,9 @@ def calibrate(
     """
     the_robot = as_robot(robot)
     the_log = as_log(log, the_robot, map)
-    chosen = options
-    words = (method, formulation, noise, at_s, segment)
-    if any(word is not None for word in words):
-        chosen = _with(options or CalibrateOptions(), *words)
+    chosen = _with(
+        options, method=method, formulation=formulation, noise=noise, at_s=at_s, segment=segment
+    )
     if motion:
         found = _core.calibrate_in_motion(the_robot, the_log, chosen).calibration
     else:
@@ -110,26 +115,23 @@ def calibrate(
     return found
 
 
-def _with(
-    options: CalibrateOptions,
-    method: Method | str | None,
-    formulation: Formulation | str | None,
-    noise: NoiseSource | str | None,
-    at_s: Sequence[float] | None,
-    segment: int | None,
-) -> CalibrateOptions:
-    """A copy of options with what is not None in place of theirs."""
-    changed = copy.copy(options)
-    if method is not None:
-        changed.method = _core.parse_method(str(method))
-    if formulation is not None:
-        changed.formulation = _core.parse_formulation(str(formulation))
-    if noise is not None:
-        changed.noise = _core.parse_noise_source(str(noise))
-    if at_s is not None:
-        changed.at_s = list(at_s)
-    if segment is not None:
-        changed.segment = segment
+#: Options that may be given as words, or as any sequence.
+_READ: dict[str, Callable[[Any], Any]] = {
+    "method": lambda word: _core.parse_method(str(word)),
+    "formulation": lambda word: _core.parse_formulation(str(word)),
+    "noise": lambda word: _core.parse_noise_source(str(word)),
+    "at_s": list,
+}
+
+
+def _with(options: CalibrateOptions | None, **given: Any) -> CalibrateOptions | None:
+    """Options with what is not None in place of theirs; as they are where all of it is."""
+    told = {name: value for name, value in given.items() if value is not None}
+    if not told:
+        return options
+    changed = copy.copy(options or CalibrateOptions())
+    for name, value in told.items():
+        setattr(changed, name, _READ[name](value) if name in _READ else value)
     return changed
 
 
@@ -150,9 +152,7 @@ def diagnose(
     Raises InputError for a log that does not fit the robot.
     """
     the_robot = as_robot(robot)
-    if isinstance(logs, str) or not isinstance(logs, Sequence):
-        logs = [logs]
-    the_logs = [as_log(log, the_robot, map) for log in logs]
+    the_logs = _as_logs(logs, the_robot, map)
     chosen = DiagnoseOptions() if options is None else copy.copy(options)
     chosen.motion = chosen.motion or motion
     found = _core.diagnose(the_robot, the_logs, chosen, progress)
@@ -177,9 +177,7 @@ def geometry(
     do not fit the robot or hold no lengths.
     """
     the_robot = as_robot(robot)
-    if isinstance(logs, str) or not isinstance(logs, Sequence):
-        logs = [logs]
-    the_logs = [as_log(log, the_robot, map) for log in logs]
+    the_logs = _as_logs(logs, the_robot, map)
     return _core.find_frame(the_robot, the_logs, offset=offset, scale=scale, poses=poses)
 
 
@@ -204,11 +202,8 @@ def track(
     if calibration is None:
         calibration = calibrate(the_robot, the_log, segment=segment, motion=motion)
         require_start(calibration, the_log, "" if motion else "motion=True")
-    elif _core.to_yaml(calibration.problem.robot) != _core.to_yaml(the_robot):
-        raise InputError(
-            f"calibration: is of {calibration.problem.robot.name} with another robot file than "
-            f"that of {the_robot.name}; give the robot that was calibrated"
-        )
+    else:
+        require_robot("calibration", calibration.problem.robot, the_robot)
     return _core.track(calibration, the_log, segment)
 
 

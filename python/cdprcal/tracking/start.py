@@ -22,13 +22,18 @@ def saved_start(path: str, robot: _core.Robot) -> tuple[LogFile, _core.Calibrate
         raise InputError(
             f"{result.source}: is a diagnosis; give its log, or the result of calibrate -o"
         )
-    if _core.to_yaml(result.robot) != _core.to_yaml(robot):
-        raise InputError(
-            f"{result.source}: is of {result.robot.name} with another robot file than that of "
-            f"{robot.name}; give the robot that was calibrated"
-        )
+    require_robot(result.source, result.robot, robot)
     options = calibrate_options(result.options)
     return LogFile(Path(path), "csv", result.logs[0]), options, bool(result.options.get("motion"))
+
+
+def require_robot(what: str, calibrated: _core.Robot, robot: _core.Robot) -> None:
+    """Raises InputError naming what was calibrated with another robot file."""
+    if _core.to_yaml(calibrated) != _core.to_yaml(robot):
+        raise InputError(
+            f"{what}: is of {calibrated.name} with another robot file than that of {robot.name}; "
+            "give the robot that was calibrated"
+        )
 
 
 def motion_would_tell(calibration: _core.Calibration, log: _core.Log) -> bool:
