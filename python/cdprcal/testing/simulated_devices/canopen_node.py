@@ -12,7 +12,6 @@ from typing import Protocol
 
 from cdprcal.testing.simulated_devices.drive import HEARTBEAT_ERROR, SimulatedDrive
 from cdprcal.testing.simulated_devices.object_dictionary import (
-    Key,
     ObjectDictionary,
     SdoServer,
 )
@@ -95,7 +94,7 @@ class CanopenNode:
         for number in range(_PDOS):
             cob = dictionary.get((0x1800 + number, 1))
             if not cob & _OFF and dictionary.get((0x1800 + number, 2)) == 1:
-                keys = self._mapped(0x1A00 + number)
+                keys = dictionary.mapped(0x1A00 + number)
                 data = b"".join(dictionary.objects[key].data[:size] for key, size in keys)
                 self.send(cob & 0x7FF, data)
 
@@ -155,7 +154,7 @@ class CanopenNode:
         for number in range(_PDOS):
             if dictionary.get((0x1400 + number, 1)) != can_id:
                 continue
-            keys = self._mapped(0x1600 + number)
+            keys = dictionary.mapped(0x1600 + number)
             if len(data) < sum(size for _, size in keys):
                 self.emergency(_PDO_LENGTH)
                 return
@@ -164,15 +163,6 @@ class CanopenNode:
             for key, size in keys:
                 dictionary.write(key, data[at : at + size])
                 at += size
-
-    def _mapped(self, mapping: int) -> list[tuple[Key, int]]:
-        """(object, bytes) of the entries of a PDO."""
-        dictionary = self.device.dictionary
-        keys = []
-        for at in range(1, dictionary.get((mapping, 0)) + 1):
-            entry = dictionary.get((mapping, at))
-            keys.append(((entry >> 16, entry >> 8 & 0xFF), (entry & 0xFF) // 8))
-        return keys
 
 
 class DriveNode(CanopenNode):

@@ -213,13 +213,9 @@ class EthercatSlave:
     def _mapped(self, assignment: int) -> list[tuple[Key, int]]:
         """(object, bytes) of the entries that are assigned."""
         dictionary = self.drive.dictionary
-        keys: list[tuple[Key, int]] = []
-        for number in range(1, dictionary.get((assignment, 0)) + 1):
-            mapping = dictionary.get((assignment, number))
-            for at in range(1, dictionary.get((mapping, 0)) + 1):
-                entry = dictionary.get((mapping, at))
-                keys.append(((entry >> 16, entry >> 8 & 0xFF), (entry & 0xFF) // 8))
-        return keys
+        numbers = range(1, dictionary.get((assignment, 0)) + 1)
+        mappings = [dictionary.get((assignment, number)) for number in numbers]
+        return [entry for mapping in mappings for entry in dictionary.mapped(mapping)]
 
 
 def process_frame(slaves: list[EthercatSlave], frame: bytes) -> bytes:

@@ -53,6 +53,11 @@ class ObjectDictionary:
         size = len(entry.data)
         entry.data = (value & ((1 << 8 * size) - 1)).to_bytes(size, "little")
 
+    def mapped(self, mapping: int) -> list[tuple[Key, int]]:
+        """(object, bytes) of the entries that a mapping of process data names."""
+        entries = [self.get((mapping, at)) for at in range(1, self.get((mapping, 0)) + 1)]
+        return [((e >> 16, e >> 8 & 0xFF), (e & 0xFF) // 8) for e in entries]
+
     def write(self, key: Key, data: bytes) -> int:
         """Writes from outside; an abort code, or 0."""
         entry = self.objects.get(key)
