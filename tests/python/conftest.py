@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import tempfile
@@ -18,6 +19,8 @@ import pytest
 import cdprcal
 from browser import Tab, browser_tab, chromium
 from cdprcal.cli import app
+from cdprcal.sensors import LOG_GROUPS
+from robots import small_plan
 
 # An environment from before they were dependencies: test_session.py says so, the others go on.
 collect_ignore_glob = [] if find_spec("canopen") else ["test_winch*.py", "test_rosbag*.py"]
@@ -46,6 +49,11 @@ class Ran:
     code: int
     stdout: str
     stderr: str
+
+    def refused(self, *words: str) -> None:
+        """Holds that it was wrong use, and that stderr has these words."""
+        assert self.code == 2, self
+        assert all(word in self.stderr for word in words), self
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -101,6 +109,18 @@ def log_path(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> Path:
     return path
 
 
+@pytest.fixture(scope="session")
+def plan(robot: cdprcal.Robot) -> cdprcal.Plan:
+    return small_plan(robot)
+
+
+@pytest.fixture
+def plan_path(plan: cdprcal.Plan, tmp_path: Path) -> Path:
+    path = tmp_path / "plan.csv"
+    path.write_text(cdprcal.format_plan(plan))
+    return path
+
+
 @pytest.fixture
 def cli(capfd: pytest.CaptureFixture[str]) -> Callable[..., Ran]:
     """Runs a command in this process: cli("check", "irma4", path) → Ran."""
@@ -116,6 +136,15 @@ def cli(capfd: pytest.CaptureFixture[str]) -> Callable[..., Ran]:
     return run
 
 
+def strict(text: str) -> Any:
+    """JSON without NaN or infinities, and nothing else around it."""
+
+    def refuse(constant: str) -> Any:
+        raise AssertionError(f"{constant} is no JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
 def few(cases: Iterable[Any], kept: int = 1) -> list[Any]:
     """Cases of a test of which the first show enough every time, and the others are thorough."""
     out = []
@@ -128,18 +157,7 @@ def few(cases: Iterable[Any], kept: int = 1) -> list[Any]:
 
 def changed(log: cdprcal.Log, **arrays: object) -> cdprcal.Log:
     """A copy of a log with some arrays replaced (None: absent)."""
-    names = (
-        "time_s",
-        "length_m",
-        "swivel_rad",
-        "tension_N",
-        "tension_setpoint_N",
-        "roll_pitch_yaw_rad",
-        "absolute_yaw_rad",
-        "direct_length_m",
-        "position_m",
-    )
-    kept = {name: getattr(log, name) for name in names}
+    kept = {name: getattr(log, name) for name in ("time_s", *LOG_GROUPS)}
     return cdprcal.Log(**(kept | arrays), source="changed")
 
 

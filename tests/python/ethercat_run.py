@@ -40,7 +40,8 @@ from cdprcal.testing.simulated_devices.ethercat_robot import (
     raw_socket,
 )
 from cdprcal.testing.simulated_devices.lockstep import LockstepAttitude
-from winch_bus import AT_ONCE, EXAMPLE, FINER, WithoutBus, small_plan
+from robots import small_plan
+from winch_bus import AT_ONCE, EXAMPLE, FINER, WithoutBus
 from winch_hazards import MODES, SESSION
 
 NO_INPUTS = AcquisitionInputs("", "", {})

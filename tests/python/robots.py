@@ -1,4 +1,4 @@
-"""Robots that the tests make: polygons of 3, 4 and 5 cables, and changed copies of a robot."""
+"""Robots that the tests make: polygons of 3, 4 and 5 cables, changed copies; and a small plan."""
 
 from __future__ import annotations
 
@@ -103,3 +103,11 @@ def by_tape(
     text = StringIO()
     yaml.dump(file, text)
     return cdprcal.parse_robot(text.getvalue(), "by tape")
+
+
+def small_plan(robot: cdprcal.Robot) -> cdprcal.Plan:
+    """Three stops near the middle: quick."""
+    positions = [[0.2, 0.1, 0.8], [-0.2, 0.1, 1.0], [0.0, -0.2, 0.9]]
+    result = cdprcal.make_plan(robot, positions_m=[np.array(p) for p in positions])
+    assert result.status == cdprcal.PlanStatus.planned, result.reason
+    return result.plan

@@ -20,7 +20,8 @@ from cdprcal.acquisition.beside import MOST_WAITING, Beside, LogBeside
 from cdprcal.acquisition.monitor import Monitor
 from cdprcal.io import AcquisitionInputs, load_log, open_live_log
 from cdprcal.testing.simulated_devices.connect import SimulatedSession
-from winch_bus import AT_ONCE, example_session, small_plan
+from robots import small_plan
+from winch_bus import AT_ONCE, example_session
 
 
 class SlowLog:

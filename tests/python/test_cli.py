@@ -19,7 +19,7 @@ import pytest
 
 import cdprcal
 from cdprcal.results import calibration_as_dict
-from conftest import Ran, changed, raw_text
+from conftest import Ran, changed, raw_text, strict
 
 Cli = Callable[..., Ran]
 CHANNELS = {
@@ -31,15 +31,6 @@ CHANNELS = {
     "wrench_force_N",
     "wrench_moment_Nm",
 }
-
-
-def refuse(constant: str) -> Any:
-    raise AssertionError(f"{constant} is no JSON")
-
-
-def strict(text: str) -> Any:
-    """JSON without NaN or infinities, and nothing else around it."""
-    return json.loads(text, parse_constant=refuse)
 
 
 def assert_is_pose(pose: dict[str, Any]) -> None:
@@ -307,9 +298,8 @@ def test_generate_goes_through_a_plan(cli: Cli, tmp_path: Path) -> None:
     assert_no = cli("generate", robot, "--plan", plan, "--grid", "2x2x2", "-o", tmp_path / "b.csv")
     assert (assert_no.code, assert_no.stdout) == (2, "")
     assert "leave out --grid" in assert_no.stderr
-    other = cli("generate", "ring5", "--plan", plan, "-o", tmp_path / "b.csv")
-    assert other.code == 2
-    assert "is of robot irma4, not of ring5" in other.stderr
+    ran = cli("generate", "ring5", "--plan", plan, "-o", tmp_path / "b.csv")
+    ran.refused("is of robot irma4, not of ring5")
 
 
 def test_generate_says_what_to_do_where_it_fits_no_grid_or_does_not_keep_clear(

@@ -79,6 +79,4 @@ def test_the_file_is_printed_and_taken_by_name(cli: Cli, tmp_path: Path) -> None
     listed = [cli("effects", "--effects", name).stdout for name in ("more", str(mine))]
     assert listed[0] == listed[1]
     assert "encoder_backlash" in listed[0]
-    wrong = cli("effects", "--print", "less")
-    assert wrong.code == 2
-    assert "give more" in wrong.stderr
+    cli("effects", "--print", "less").refused("give more")

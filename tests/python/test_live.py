@@ -295,8 +295,7 @@ def test_a_port_that_is_taken_is_said_before_anything_begins(
     with LiveServer(Feed(greeting()).messages) as server:
         log = tmp_path / "run.csv"
         ran = cli("acquire", "irma4", plan, "-o", log, "--live", "--port", server.port)
-    assert ran.code == 2
-    assert "is taken; choose another" in ran.stderr
+    ran.refused("is taken; choose another")
     assert not log.exists()
 
 
@@ -330,6 +329,4 @@ def test_wrong_use_is_said(cli: Cli, log_path: Path, tmp_path: Path) -> None:
         ((log_path, "--port", "70000"), "--port"),
         ((log_path, "--speed", "-1"), "--speed"),
     ):
-        ran = cli("replay", *arguments)
-        assert ran.code == 2
-        assert words in ran.stderr
+        cli("replay", *arguments).refused(words)

@@ -13,15 +13,9 @@ from hypothesis import strategies as st
 
 import cdprcal
 from cdprcal import InputError, Log
+from cdprcal.sensors import LOG_GROUPS
 
-ARRAYS = (
-    "time_s",
-    "length_m",
-    "swivel_rad",
-    "tension_N",
-    "tension_setpoint_N",
-    "roll_pitch_yaw_rad",
-)
+ARRAYS = ("time_s", *LOG_GROUPS)
 
 
 def big_log(samples: int = 20000) -> Log:

@@ -14,15 +14,9 @@ from mcap.writer import Writer
 import cdprcal
 from cdprcal import InputError
 from cdprcal.io import load_log, save_log
+from cdprcal.sensors import LOG_GROUPS
 
-ARRAYS = (
-    "time_s",
-    "length_m",
-    "swivel_rad",
-    "tension_N",
-    "tension_setpoint_N",
-    "roll_pitch_yaw_rad",
-)
+ARRAYS = ("time_s", *LOG_GROUPS)
 
 
 def write(path: Path, *topics: list[object], encoding: str = "json") -> Path:

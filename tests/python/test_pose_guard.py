@@ -23,7 +23,7 @@ from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.testing.altered import altered
 from conftest import Ran
 from guarded import start_up
-from winch_bus import small_plan
+from robots import small_plan
 
 #: Low and slack: where a load cell's offset of 3 N is worth 0.2 m of height.
 LOW = [[0.2, 0.2, 0.25], [-0.2, -0.2, 0.3], [0.2, -0.2, 1.2], [-0.3, 0.2, 0.2]]
@@ -121,8 +121,7 @@ def test_a_floor_that_the_plan_goes_below_is_refused(
     plan, log = tmp_path / "plan.csv", tmp_path / "run.csv"
     plan.write_text(cdprcal.format_plan(low_plan))
     ran = cli("acquire", "irma4", plan, "-o", log, "--floor-m", "1.2")
-    assert ran.code == 2, ran
-    assert "floor: 1.2 m is above z = 0." in ran.stderr
+    ran.refused("floor: 1.2 m is above z = 0.")
     assert not log.exists()
 
 
@@ -142,8 +141,7 @@ def test_the_command(cli: Callable[..., Ran], low_plan: cdprcal.Plan, tmp_path: 
     assert "leaves the plan's corridor: z" in json.loads(ran.stdout)["reason"]
     for corridor in ("-1", "nan"):
         ran = cli("acquire", "irma4", plan, "-o", tmp_path / "no.csv", f"--corridor-m={corridor}")
-        assert ran.code == 2
-        assert f"corridor: {corridor} m must be 0 to 2.31 m" in ran.stderr
+        ran.refused(f"corridor: {corridor} m must be 0 to 2.31 m")
         assert ran.stderr.endswith("; give a --corridor-m within that\n")
 
 

@@ -68,9 +68,7 @@ def test_a_platform_that_cannot_move_everywhere_is_solved_again(cli: Cli, tmp_pa
     for variance in (-1e-9, 0.0):
         document["covariance"] = np.diag([variance] * 6).tolist()
         path.write_text(json.dumps(document))
-        ran = cli("repeat", path)
-        assert ran.code == 2
-        assert "covariance: a variance is not positive; write it anew" in ran.stderr
+        cli("repeat", path).refused("covariance: a variance is not positive; write it anew")
 
 
 def test_another_result_is_noticed(cli: Cli, log_path: Path, tmp_path: Path) -> None:
@@ -90,23 +88,15 @@ def test_a_changed_log_is_refused(cli: Cli, log_path: Path, tmp_path: Path) -> N
     document = json.loads(path.read_text())
     document["inputs"]["logs"][0]["sha256"] = "0" * 64
     path.write_text(json.dumps(document))
-    ran = cli("repeat", path)
-    assert ran.code == 2
-    assert "was changed: SHA-256 does not fit" in ran.stderr
+    cli("repeat", path).refused("was changed: SHA-256 does not fit")
     document["inputs"]["logs"][0]["csv_gzip_base64"] = "H4sI"
     path.write_text(json.dumps(document))
-    ran = cli("repeat", path)
-    assert ran.code == 2
-    assert "its log is damaged" in ran.stderr
+    cli("repeat", path).refused("its log is damaged")
 
 
 def test_what_is_no_result_file_is_said(cli: Cli, log_path: Path, tmp_path: Path) -> None:
-    ran = cli("repeat", log_path)
-    assert ran.code == 2
-    assert "is no JSON" in ran.stderr
-    ran = cli("repeat", tmp_path / "none.json")
-    assert ran.code == 2
-    assert "cannot be read" in ran.stderr
+    cli("repeat", log_path).refused("is no JSON")
+    cli("repeat", tmp_path / "none.json").refused("cannot be read")
 
 
 def test_the_log_comes_back_bit_for_bit(

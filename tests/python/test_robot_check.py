@@ -77,9 +77,7 @@ def test_default_sigma_is_told_of_what_a_robot_can_have(robot_name: str, said: s
 def test_a_template_is_not_written_over_a_file(cli: Cli, tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text("mine")
-    ran = cli("template", "-o", path)
-    assert ran.code == 2
-    assert "exists already" in ran.stderr
+    cli("template", "-o", path).refused("exists already")
     assert path.read_text() == "mine"
     assert robot_template("a", 8).count("platform_anchor_m") == 8
 

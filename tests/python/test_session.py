@@ -25,7 +25,7 @@ from cdprcal.hardware.session import (
 from cdprcal.hardware.session.file import shipped_schema
 from cdprcal.hardware.session.objects import object_type, parse_object
 from conftest import Ran
-from winch_bus import small_plan
+from robots import small_plan
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "canopen-simulated.yaml"
 #: Keys of a session that bags need none of.

@@ -24,7 +24,8 @@ from cdprcal.hardware.drives.bounds import (
 )
 from cdprcal.hardware.session import Session, parse_session
 from cdprcal.testing.simulated_devices.connect import SimulatedSession
-from winch_bus import EXAMPLE, example_session, small_plan
+from robots import small_plan
+from winch_bus import EXAMPLE, example_session
 
 _CELL = "counts_per_N: 1000, valid_counts: [-50000, 600000]"
 #: What is written instead of what, and which field is named.

@@ -107,6 +107,5 @@ def test_a_plan_that_did_not_know_the_floor_is_not_run(
     (tmp_path / "robot.yaml").write_text(text)
     ran = cli("acquire", tmp_path / "robot.yaml", tmp_path / "plan.csv", "--seed", "1", "-o",
               tmp_path / "run.csv")  # fmt: skip
-    assert ran.code == 2
-    assert "cannot be run with irma4" in ran.stderr
+    ran.refused("cannot be run with irma4")
     assert not (tmp_path / "run.csv").exists()

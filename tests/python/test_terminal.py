@@ -29,7 +29,8 @@ from cdprcal.terminal import as_typed
 from cdprcal.testing.simulated_devices.connect import SimulatedSession
 from cdprcal.testing.simulated_devices.faults import Fault
 from conftest import Ran
-from winch_bus import EXAMPLE, example_session, small_plan
+from robots import small_plan
+from winch_bus import EXAMPLE, example_session
 
 STREAMS = ("answers", "notes")
 CONTROL = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
@@ -60,13 +61,6 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
     # Ten pictures per second of a run that takes a fraction of one hang on the machine: every 5 ms.
     monkeypatch.setattr("cdprcal.acquisition.monitor._REFRESH_S", 0.005)
     return drawn
-
-
-@pytest.fixture
-def plan_path(robot: cdprcal.Robot, tmp_path: Path) -> Path:
-    path = tmp_path / "plan.csv"
-    path.write_text(cdprcal.format_plan(small_plan(robot)))
-    return path
 
 
 def test_acquire_draws_the_run(

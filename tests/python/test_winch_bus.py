@@ -24,14 +24,8 @@ from cdprcal.hardware.drives.fieldbus import SimulatedClock
 from cdprcal.hardware.drives.process_data import Entry, Layout, Values, layouts
 from cdprcal.hardware.session import CanopenBus, EthercatBus
 from cdprcal.testing.simulated_devices.connect import SimulatedSession
-from winch_bus import example_session, small_plan
+from winch_bus import example_session
 from winch_wire import Wire, Wired
-
-
-@pytest.fixture(scope="module")
-def plan(robot: cdprcal.Robot) -> cdprcal.Plan:
-    return small_plan(robot)
-
 
 CAN0 = CanopenBus(type="canopen", interface="socketcan", channel=f"can-{os.getpid()}")
 ETH1 = EthercatBus(type="ethercat", interface=f"eth-{os.getpid()}")

@@ -9,13 +9,8 @@ import pytest
 
 import cdprcal
 from conftest import few
-from winch_bus import small_plan, watched_run
+from winch_bus import watched_run
 from winch_hazards import ALL, MODES, Hazard, attempt, session_in
-
-
-@pytest.fixture(scope="module")
-def plan(robot: cdprcal.Robot) -> cdprcal.Plan:
-    return small_plan(robot)
 
 
 @pytest.mark.parametrize("mode", few(MODES))

@@ -15,10 +15,9 @@ import can
 import numpy as np
 import pytest
 
-import cdprcal
 from cdprcal.io import load_log
 from conftest import Ran
-from winch_bus import EXAMPLE, small_plan
+from winch_bus import EXAMPLE
 
 TWO = EXAMPLE.with_name("canopen-two-processes.yaml")
 
@@ -41,13 +40,6 @@ def group() -> str:
     if arrived is None:
         pytest.skip("UDP multicast does not arrive on this machine")
     return f"{group}:{port}"
-
-
-@pytest.fixture
-def plan_path(robot: cdprcal.Robot, tmp_path: Path) -> Path:
-    path = tmp_path / "plan.csv"
-    path.write_text(cdprcal.format_plan(small_plan(robot)))
-    return path
 
 
 @pytest.fixture

@@ -31,7 +31,7 @@ from cdprcal.hardware.drives.winch import WinchState, torque_counts
 from cdprcal.hardware.session import Session
 from cdprcal.testing.simulated_devices.connect import SimulatedSession
 from cdprcal.testing.simulated_devices.faults import Fault, forgetting, without
-from winch_bus import example_session, small_plan, torque_session
+from winch_bus import example_session, torque_session
 
 CREEP_M = 0.004 + 2e-7  # 10 ms at 0.4 m/s, two counts
 
@@ -854,11 +854,6 @@ def test_nothing_read_says_nothing(robot: cdprcal.Robot) -> None:
 
 
 # --- limits of the drives ------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def plan(robot: cdprcal.Robot) -> cdprcal.Plan:
-    return small_plan(robot)
 
 
 def test_drives_are_given_the_limits_of_the_session(

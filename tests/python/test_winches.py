@@ -48,17 +48,11 @@ from winch_bus import (
     fine_session,
     judge,
     random_fault,
-    small_plan,
     torque_session,
     watched_run,
 )
 
 RUNS = int(os.environ.get("CDPRCAL_FAULT_RUNS", "30"))
-
-
-@pytest.fixture(scope="module")
-def plan(robot: cdprcal.Robot) -> cdprcal.Plan:
-    return small_plan(robot)
 
 
 @pytest.fixture(scope="module")
@@ -630,13 +624,6 @@ def test_once_tripped_only_quick_stops_pass() -> None:
 
 
 # --- the command ---------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def plan_path(plan: cdprcal.Plan, tmp_path: Path) -> Path:
-    path = tmp_path / "plan.csv"
-    path.write_text(cdprcal.format_plan(plan))
-    return path
 
 
 def test_acquire_over_canopen_calibrates(

@@ -21,6 +21,7 @@ from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import AcquisitionInputs, open_live_log
 from cdprcal.testing.simulated_devices.connect import SimulatedSession
 from cdprcal.testing.simulated_devices.faults import Fault, fault_kinds
+from robots import small_plan as small_plan
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "canopen-simulated.yaml"
 _channels = itertools.count()
@@ -138,14 +139,6 @@ class Watched:
     over_s: float  #: how long some true tension was beyond the upper limit + 10 %
     moved_m: float  #: how far the platform got from where it was at the fault or at power-on
     enabled_s: float  #: how long some drive was enabled from the fault on
-
-
-def small_plan(robot: cdprcal.Robot) -> cdprcal.Plan:
-    """Three stops near the middle."""
-    positions = [[0.2, 0.1, 0.8], [-0.2, 0.1, 1.0], [0.0, -0.2, 0.9]]
-    result = cdprcal.make_plan(robot, positions_m=[np.array(p) for p in positions])
-    assert result.status == cdprcal.PlanStatus.planned, result.reason
-    return result.plan
 
 
 def watched_run(
