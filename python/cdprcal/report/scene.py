@@ -40,7 +40,7 @@ def scene(robot: _core.Robot, document: dict[str, Any], workspace: _core.Mesh | 
     data = [] if workspace is None else [_workspace(workspace)]
     data += _fixed(robot)
     first = len(data)
-    data += _cables(robot, moving[0])
+    data += _cables(moving[0])
     data += _platform(moving[0])
     last = len(data)
     data += _poses(document, kinds)
@@ -216,51 +216,35 @@ def _workspace(mesh: _core.Mesh) -> dict[str, Any]:
 
 def _fixed(robot: _core.Robot) -> list[dict[str, Any]]:
     positions = np.array([cable.pulley.position_m for cable in robot.cables])
-    x, y, z = _columns(positions)
+    pulleys = _markers(_columns(positions), "pulleys", INK, "square", 3.5)
     return [
-        {
-            "type": "scatter3d",
-            "x": x,
-            "y": y,
-            "z": z,
+        pulleys
+        | {
             "mode": "markers+text",
             "text": [str(i + 1) for i in range(robot.cable_count)],
             "textposition": "top center",
             "textfont": {"size": 14, "color": INK},
-            "marker": {"size": 3.5, "color": INK, "symbol": "square"},
-            "name": "pulleys",
             "hovertemplate": "pulley %{text}<br>%{x:.3f}, %{y:.3f}, %{z:.3f} m<extra></extra>",
         }
     ]
 
 
-def _cables(robot: _core.Robot, at: dict[str, Any]) -> list[dict[str, Any]]:
-    traces = []
-    for i, (x, y, z) in enumerate(at["cables"]):
-        traces.append(
-            _line(x, y, z, f"cable {i + 1}", CABLES[i % 8], 5)
-            | {"hovertemplate": f"cable {i + 1}<extra></extra>", "showlegend": False}
-        )
-    x, y, z = at["pulleys"]
-    traces.append(_line(x, y, z, "", INK, 4) | {"hoverinfo": "skip", "showlegend": False})
-    return traces
+def _cables(at: dict[str, Any]) -> list[dict[str, Any]]:
+    traces = [
+        _line(line, f"cable {i + 1}", CABLES[i % 8], 5)
+        | {"hovertemplate": f"cable {i + 1}<extra></extra>", "showlegend": False}
+        for i, line in enumerate(at["cables"])
+    ]
+    pulleys = _line(at["pulleys"], "", INK, 4) | {"hoverinfo": "skip", "showlegend": False}
+    return [*traces, pulleys]
 
 
 def _platform(at: dict[str, Any]) -> list[dict[str, Any]]:
-    x, y, z = at["edges"]
-    edges = _line(x, y, z, "platform", INK, 5) | {"hoverinfo": "skip"}
-    x, y, z = at["centre"]
-    centre = {
-        "type": "scatter3d",
-        "x": x,
-        "y": y,
-        "z": z,
-        "mode": "markers",
-        "marker": {"size": 5, "color": INK, "symbol": "diamond"},
-        "name": "centre of mass",
-        "hovertemplate": "centre of mass<br>%{x:.4f}, %{y:.4f}, %{z:.4f} m<extra></extra>",
-    }
-    return [edges, centre]
+    said = "centre of mass<br>%{x:.4f}, %{y:.4f}, %{z:.4f} m<extra></extra>"
+    return [
+        _line(at["edges"], "platform", INK, 5) | {"hoverinfo": "skip"},
+        _markers(at["centre"], "centre of mass", INK, "diamond", 5) | {"hovertemplate": said},
+    ]
 
 
 def _poses(document: dict[str, Any], kinds: list[str]) -> list[dict[str, Any]]:
@@ -272,23 +256,16 @@ def _poses(document: dict[str, Any], kinds: list[str]) -> list[dict[str, Any]]:
     ):
         own = [row for i, row in enumerate(rows) if i and kinds[i] == kind]
         if own:
-            traces.append(_markers(own, label, colour, symbol, size))
-    return [*traces, _markers(rows[:1], "initial pose", BEFORE, "diamond", 6)]
+            traces.append(_visited(own, label, colour, symbol, size))
+    return [*traces, _visited(rows[:1], "initial pose", BEFORE, "diamond", 6)]
 
 
-def _markers(
+def _visited(
     rows: list[dict[str, Any]], label: str, colour: str, symbol: str, size: float
 ) -> dict[str, Any]:
-    x, y, z = _columns(np.array([row["position_m"] for row in rows]))
-    return {
-        "type": "scatter3d",
-        "x": x,
-        "y": y,
-        "z": z,
-        "mode": "markers",
-        "name": label,
+    places = _columns(np.array([row["position_m"] for row in rows]))
+    return _markers(places, label, colour, symbol, size) | {
         "text": [f"{row['time_s']:.1f} s" for row in rows],
-        "marker": {"size": size, "color": colour, "symbol": symbol},
         "hovertemplate": "%{text}<br>%{x:.4f}, %{y:.4f}, %{z:.4f} m<extra></extra>",
     }
 
@@ -323,16 +300,20 @@ def _ellipsoid(robot: _core.Robot, document: dict[str, Any]) -> list[dict[str, A
     ]
 
 
-def _line(x: Any, y: Any, z: Any, name: str, colour: str, width: float) -> dict[str, Any]:
-    return {
-        "type": "scatter3d",
-        "x": x,
-        "y": y,
-        "z": z,
-        "mode": "lines",
-        "name": name,
-        "line": {"color": colour, "width": width},
-    }
+def _points(columns: list[list[Any]], mode: str, name: str) -> dict[str, Any]:
+    places = dict(zip("xyz", columns, strict=True))
+    return {"type": "scatter3d", **places, "mode": mode, "name": name}
+
+
+def _line(columns: list[list[Any]], name: str, colour: str, width: float) -> dict[str, Any]:
+    return _points(columns, "lines", name) | {"line": {"color": colour, "width": width}}
+
+
+def _markers(
+    columns: list[list[Any]], name: str, colour: str, symbol: str, size: float
+) -> dict[str, Any]:
+    marker = {"size": size, "color": colour, "symbol": symbol}
+    return _points(columns, "markers", name) | {"marker": marker}
 
 
 def _scene_axis(name: str) -> dict[str, Any]:
