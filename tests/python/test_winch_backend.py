@@ -94,10 +94,9 @@ def test_a_dry_run_tells_nobody_anything(robot: cdprcal.Robot) -> None:
 
 
 def test_drives_are_what_the_log_says_they_are(robot: cdprcal.Robot) -> None:
-    session = at_once()
-    bench = Bench(session)
+    bench = Bench(at_once())
     del bench.drives[2].dictionary.objects[0x1018, 3]
-    settings = OnBench(session, robot, bench=bench).backend.settings
+    settings = OnBench(bench, robot).backend.settings
     every = {"vendor": 0x0CDB, "product": 402, "revision": 1}
     assert settings["drives"][0] == {"cable": 1, "node": 1, "serial": 1001} | every
     assert settings["drives"][1] == {"cable": 2, "node": 2, "serial": 1002, "vendor": 0x0CDB,
@@ -128,15 +127,14 @@ def test_winches_are_in_the_order_of_their_cables(robot: cdprcal.Robot) -> None:
 def test_who_is_no_drive_is_refused(
     key: tuple[int, int], value: int, words: str, robot: cdprcal.Robot
 ) -> None:
-    session = at_once()
-    bench = Bench(session)
+    bench = Bench(at_once())
     bench.drives[3].dictionary.set(key, value)
     if words:
         with pytest.raises(BackendError, match=r"node 3 \(cable 3\): " + words):
-            OnBench(session, robot, bench=bench)
+            OnBench(bench, robot)
         assert bench.ends == [True]
     else:
-        OnBench(session, robot, bench=bench)
+        OnBench(bench, robot)
 
 
 @pytest.mark.parametrize(
@@ -154,42 +152,39 @@ def test_a_serial_number_that_is_given_must_be_there(
     bench = Bench(session)
     del bench.drives[2].dictionary.objects[0x1018, 4]
     with pytest.raises(BackendError, match="has the serial number None"):
-        OnBench(session, robot, bench=bench)
+        OnBench(bench, robot)
 
 
 def test_a_drive_that_somebody_else_moves_may_be_read(robot: cdprcal.Robot) -> None:
     for armed in (False, True):
-        session = at_once()
-        bench = Bench(session)
+        bench = Bench(at_once())
         bench.drives[4].set_state(State.enabled)
         if armed:
             with pytest.raises(BackendError, match=r"node 4 .* is in operation enabled already"):
-                OnBench(session, robot, bench=bench)
+                OnBench(bench, robot)
             assert not any(bench.written.values())
         else:
-            OnBench(session, robot, bench=bench, armed=armed)
+            OnBench(bench, robot, armed=armed)
 
 
 @pytest.mark.parametrize("count", [0, 1, 3, 200])
 def test_errors_of_the_past_are_noted_the_newest_eight(count: int, robot: cdprcal.Robot) -> None:
-    session = at_once()
-    bench = Bench(session)
+    bench = Bench(at_once())
     dictionary = bench.drives[2].dictionary
     for at in range(1, 21):
         dictionary.add((0x1003, at), 0xAB7300 + at, 4)  # the upper half is the maker's own
     dictionary.set((0x1003, 0), count)
-    notes = OnBench(session, robot, bench=bench).backend.notes
+    notes = OnBench(bench, robot).backend.notes
     codes = ", ".join(f"0x{0x7300 + at:04X}" for at in range(1, min(count, 8) + 1))
     said = f"node 2 (cable 2): remembers the errors {codes}, newest first"
     assert notes == ([said] if count else [])
 
 
 def test_a_drive_that_remembers_nothing_need_not(robot: cdprcal.Robot) -> None:
-    session = at_once()
-    bench = Bench(session)
+    bench = Bench(at_once())
     del bench.drives[2].dictionary.objects[0x1003, 0]
     del bench.drives[2].dictionary.objects[0x60C2, 1]
-    assert OnBench(session, robot, bench=bench).backend.notes == []
+    assert OnBench(bench, robot).backend.notes == []
     assert len(bench.written[2]) == len(bench.written[1]) - 1
 
 
@@ -200,13 +195,12 @@ def test_a_drive_that_would_go_on_with_its_last_command_is_refused(
     mode: str, abort: bool, timer: bool, robot: cdprcal.Robot
 ) -> None:
     """Without an event timer it must notice silence by 0x6007, and motion must show the rest."""
-    session = at_once(**{"mode: velocity": f"mode: {mode}"})
-    bench = Bench(session)
+    bench = Bench(at_once(**{"mode: velocity": f"mode: {mode}"}))
     if not abort:
         del bench.drives[3].dictionary.objects[0x6007, 0]
     if not timer:
         bench.without_timer = [3]
-    on = OnBench(session, robot, bench=bench)
+    on = OnBench(bench, robot)
     if not timer and (mode == "torque" or not abort):
         with pytest.raises(BackendError, match=r"node 3 .* has no event timer .* would go on with"):
             on.read()
@@ -222,21 +216,19 @@ def test_a_drive_that_would_go_on_with_its_last_command_is_refused(
 
 
 def test_a_rated_torque_that_is_another_one_is_refused(robot: cdprcal.Robot) -> None:
-    session = at_once()
-    bench = Bench(session)
+    bench = Bench(at_once())
     bench.drives[1].dictionary.set(cia402.RATED_TORQUE, 1200)
     with pytest.raises(BackendError, match=r"node 1 \(cable 1\): its rated torque"):
-        OnBench(session, robot, bench=bench)
+        OnBench(bench, robot)
     assert bench.ends == [True]
 
 
 def test_position_limits_are_those_of_the_session_and_a_stop(robot: cdprcal.Robot) -> None:
-    session = at_once(**{"velocity_m_s: 0.4": "velocity_m_s: 0.4, travel_m: 0.5"})
-    bench = Bench(session)
+    bench = Bench(at_once(**{"velocity_m_s: 0.4": "velocity_m_s: 0.4, travel_m: 0.5"}))
     del bench.drives[2].dictionary.objects[cia402.POSITION_LEAST]
     bench.drives[3].dictionary.set(cia402.POSITION_LEAST, -7)
     bench.drives[3].dictionary.set(cia402.POSITION_MOST, 9)
-    on = OnBench(session, robot, bench=bench)
+    on = OnBench(bench, robot)
     beyond_m = 0.5 + on.backend.limits["stop_distance_m"]
     assert [drive.get("travel_m") for drive in on.backend.limits["drives"]] == [
         pytest.approx(beyond_m), None, pytest.approx(7e-7), pytest.approx(beyond_m),
@@ -264,22 +256,21 @@ def test_process_data_is_waited_for_and_no_longer_than_three_seconds(
 
     bench.each_cycle = come
     if fine:
-        OnBench(session, robot, bench=bench, clock=clock)
+        OnBench(bench, robot, clock=clock)
         return
     with pytest.raises(BackendError, match=r"node 2 \(cable 2\): does not send its process data"):
-        OnBench(session, robot, bench=bench, clock=clock, ahrs=ahrs)
+        OnBench(bench, robot, clock=clock, ahrs=ahrs)
     # What was opened is closed.
     assert bench.ends == [True]
     assert ahrs.closed == 1
 
 
 def test_what_nodes_complain_of_while_it_is_waited_for_is_said(robot: cdprcal.Robot) -> None:
-    session = at_once()
-    bench = Bench(session)
+    bench = Bench(at_once())
     bench.silent = {2}
     bench.complaints = ["one", "two"]
     with pytest.raises(BackendError, match="one; two"):
-        OnBench(session, robot, bench=bench)
+        OnBench(bench, robot)
 
 
 def test_an_attitude_is_waited_for_and_no_longer_than_two_seconds(robot: cdprcal.Robot) -> None:
@@ -337,10 +328,9 @@ def test_all_are_switched_on_before_the_first_is_enabled(robot: cdprcal.Robot) -
 def test_drives_that_hold_are_enabled_from_where_they_are(
     state: State, words: list[int], robot: cdprcal.Robot
 ) -> None:
-    session = without_brakes()
-    bench = Bench(session)
+    bench = Bench(without_brakes())
     held(bench, state)
-    on = OnBench(session, robot, bench=bench)
+    on = OnBench(bench, robot)
     waited = len(bench.cycles)
     seen: set[State] = set()
     bench.each_cycle = lambda: seen.update(drive.state for drive in bench.drives.values())
@@ -354,10 +344,9 @@ def test_drives_that_hold_are_enabled_from_where_they_are(
 
 
 def test_with_brakes_a_drive_that_holds_is_switched_off_first(robot: cdprcal.Robot) -> None:
-    session = at_once()
-    bench = Bench(session)
+    bench = Bench(at_once())
     held(bench, State.quick_stop)
-    on = OnBench(session, robot, bench=bench)
+    on = OnBench(bench, robot)
     on.read()
     words = bench.words()
     assert words[0] == OFF
@@ -372,10 +361,9 @@ def test_a_drive_that_stays_in_quick_stop_is_given_up(
     brakes: bool, words: str, robot: cdprcal.Robot
 ) -> None:
     """Without brakes that is where it waits for its turn, and no longer."""
-    session = (at_once if brakes else without_brakes)()
-    bench = Bench(session)
+    bench = Bench((at_once if brakes else without_brakes)())
     held(bench, State.quick_stop)
-    on = OnBench(session, robot, bench=bench)
+    on = OnBench(bench, robot)
     stays = bench.drives[3]
     stays.quirks.deaf = True
     stays.dictionary.objects[cia402.QUICK_STOP_OPTION].data = b"\6\0"
@@ -427,11 +415,10 @@ def test_a_drive_that_does_not_enable_is_given_up_after_three_seconds(robot: cdp
 
 
 def test_faults_of_the_past_are_reset_once_and_noted(robot: cdprcal.Robot) -> None:
-    session = at_once()
-    bench = Bench(session)
+    bench = Bench(at_once())
     bench.drives[2].fail(0x7305)
     del bench.drives[2].dictionary.objects[0x1003, 0]
-    on = OnBench(session, robot, bench=bench)
+    on = OnBench(bench, robot)
     waited = len(bench.cycles)
 
     def complain() -> None:
@@ -553,10 +540,9 @@ def test_each_cable_is_paid_out_until_it_is_answered_and_reeled_in_again(
     wiggle_m: float, slack: float, most_m: float | list[float], robot: cdprcal.Robot
 ) -> None:
     """By 40 µm a cycle; one at a time, each from where it stood."""
-    session = example_session(**{"brakes: true": f"brakes: true, wiggle_m: {wiggle_m}"})
-    bench = Bench(session)
+    bench = Bench(example_session(**{"brakes: true": f"brakes: true, wiggle_m: {wiggle_m}"}))
     bench.pulls = elastic = Elastic(slack=slack)
-    on = OnBench(session, robot, bench=bench)
+    on = OnBench(bench, robot)
     assert on.read().drive_error == ""
     went_m = np.array(elastic.went_m)
     assert went_m.max(axis=0) == pytest.approx(np.broadcast_to(most_m, 4), abs=6e-5)
@@ -581,7 +567,7 @@ def test_the_operator_is_heard_while_cables_are_wiggled(robot: cdprcal.Robot) ->
     for at in (3, 60, 110, 115, 200):
         bench = Bench(session)
         bench.pulls = Elastic()
-        on = OnBench(session, robot, bench=bench)
+        on = OnBench(bench, robot)
         on.backend.stop_if(lambda bench=bench, at=at: len(bench.cycles) >= at)  # type: ignore[misc]
         with pytest.raises(BackendError, match="stopped by the operator while the drives were"):
             on.read()
@@ -594,10 +580,9 @@ def test_the_operator_is_heard_while_cables_are_wiggled(robot: cdprcal.Robot) ->
 
 
 def test_load_cells_that_are_swapped_are_found_before_anything_moves(robot: cdprcal.Robot) -> None:
-    session = example_session()
-    bench = Bench(session)
+    bench = Bench(example_session())
     bench.pulls = Elastic(swapped=True)
-    on = OnBench(session, robot, bench=bench)
+    on = OnBench(bench, robot)
     words = r"before anything moved: node 1 \(cable 1\): .* cables 1 and 2 swapped;.*; correct the"
     with pytest.raises(BackendError, match=words):
         on.read()
@@ -606,10 +591,9 @@ def test_load_cells_that_are_swapped_are_found_before_anything_moves(robot: cdpr
 
 @pytest.mark.parametrize("swapped", [False, True])
 def test_a_cycle_that_is_missed_hides_nothing(swapped: bool, robot: cdprcal.Robot) -> None:
-    session = example_session()
-    bench = Bench(session)
+    bench = Bench(example_session())
     bench.pulls = elastic = Elastic(swapped=swapped)
-    on = OnBench(session, robot, bench=bench)
+    on = OnBench(bench, robot)
 
     def miss() -> None:
         bench.silent = {2} if len(bench.cycles) % 7 == 0 else set()
@@ -625,10 +609,9 @@ def test_a_cycle_that_is_missed_hides_nothing(swapped: bool, robot: cdprcal.Robo
 
 def test_what_still_swings_is_not_taken_for_noise(robot: cdprcal.Robot) -> None:
     """Cables would be paid out until they answer louder than that."""
-    session = example_session()
-    bench = Bench(session)
+    bench = Bench(example_session())
     bench.pulls = elastic = Elastic(swings_N=3.0)
-    assert OnBench(session, robot, bench=bench).read().drive_error == ""
+    assert OnBench(bench, robot).read().drive_error == ""
     assert np.max(elastic.went_m) < 0.0005
 
 
@@ -643,10 +626,9 @@ def test_what_still_swings_is_not_taken_for_noise(robot: cdprcal.Robot) -> None:
 def test_the_cycle_is_kept_while_cables_are_wiggled(
     late_s: float, said: str, words: str, robot: cdprcal.Robot
 ) -> None:
-    session = example_session()
-    bench = Bench(session)
+    bench = Bench(example_session())
     bench.pulls = Elastic()
-    on = OnBench(session, robot, bench=bench)
+    on = OnBench(bench, robot)
 
     def dawdle() -> None:
         if len(bench.cycles) == 60:
@@ -1006,9 +988,8 @@ def test_the_reason_of_a_stop_is_kept(robot: cdprcal.Robot) -> None:
 
 
 def test_a_session_that_does_not_fit_opens_nothing(robot: cdprcal.Robot) -> None:
-    session = at_once(**{"robot: irma4": "robot: irma8"})
-    bench = Bench(session)
+    bench = Bench(at_once(**{"robot: irma4": "robot: irma8"}))
     with pytest.raises(cdprcal.InputError, match="is of robot irma8"):
-        OnBench(session, robot, bench=bench)
+        OnBench(bench, robot)
     assert bench.ends == []
     assert bench.outputs is None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,7 @@ from cdprcal.hardware.drives.supervision import (
 from cdprcal.hardware.drives.wiggle import Responses, _of_mean
 from cdprcal.hardware.drives.winch import WinchState, torque_counts
 from cdprcal.hardware.session import Session
+from cdprcal.testing.simulated_devices.canopen_node import DriveNode
 from cdprcal.testing.simulated_devices.connect import SimulatedSession
 from cdprcal.testing.simulated_devices.faults import Fault, forgetting, without
 from winch_bus import example_session, torque_session
@@ -58,6 +59,11 @@ def image(session: Session, **changes: object) -> dict[int, Values]:
         assert isinstance(change, dict)
         values[int(name[1:])] |= change
     return values
+
+
+def all_in_torque() -> dict[str, Any]:
+    """Changes for ``image``: all drives show torque mode."""
+    return {f"n{n}": {cia402.MODE_DISPLAY: cia402.CST} for n in range(1, 5)}
 
 
 class Watched:
@@ -462,7 +468,7 @@ def test_a_mode_may_take_some_cycles_to_change_when_it_was_told_to() -> None:
     assert "is in mode of operation 1, not 10" in watched.cycle(n1={cia402.MODE_DISPLAY: 1})
     watched = Watched(torque_session())
     watched.supervisor.want_mode(cia402.CST)
-    new: dict[str, Any] = {f"n{n}": {cia402.MODE_DISPLAY: cia402.CST} for n in range(1, 5)}
+    new = all_in_torque()
     # One has it before the others.
     assert not any(watched.cycle(n3=new["n3"]) for _ in range(3))
     assert watched.cycle(**new) == ""
@@ -490,9 +496,7 @@ def test_a_cable_that_runs_faster_than_the_limit(sign: int) -> None:
         told = {w.node: round(torque_counts(w.torque, w.sign, 100.0)) for w in  # type: ignore[arg-type]
                 watched.session.winches}  # fmt: skip
         for k in range(10):
-            modes: dict[str, Any] = {
-                f"n{n}": {cia402.MODE_DISPLAY: cia402.CST} for n in range(1, 5)
-            }
+            modes = all_in_torque()
             modes["n1"] |= {cia402.POSITION: round(sign * 1e7 * velocity_m_s * 0.01 * k)}
             said = said or watched.cycle(told=told, **modes)
         assert (said == "") == fine
@@ -523,7 +527,7 @@ def test_what_moved_in_torque_mode_does_not_count_in_velocity_mode() -> None:
     watched = Watched(torque_session())
     watched.cycle()
     watched.supervisor.want_mode(cia402.CST)
-    modes: dict[str, Any] = {f"n{n}": {cia402.MODE_DISPLAY: cia402.CST} for n in range(1, 5)}
+    modes = all_in_torque()
     told = {1: -208, 2: 208, 3: -208, 4: 208}
     for k in range(10):
         modes["n1"][cia402.POSITION] = 10_000 * k
@@ -576,7 +580,7 @@ def test_a_drive_that_does_not_pull_as_told() -> None:
 def test_torque_mode_is_supervised() -> None:
     watched = Watched(torque_session())
     watched.supervisor.want_mode(cia402.CST)
-    modes: dict[str, Any] = {f"n{n}": {cia402.MODE_DISPLAY: cia402.CST} for n in range(1, 5)}
+    modes = all_in_torque()
     told = {1: -208, 2: 208, 3: -300, 4: 208}
     said = [watched.cycle(told=told, **modes) for _ in range(5)]
     assert said[:4] == [""] * 4
@@ -585,7 +589,7 @@ def test_torque_mode_is_supervised() -> None:
 
 def test_torques_of_before_a_change_of_mode_do_not_count() -> None:
     watched = Watched(torque_session())
-    modes: dict[str, Any] = {f"n{n}": {cia402.MODE_DISPLAY: cia402.CST} for n in range(1, 5)}
+    modes = all_in_torque()
     told = {1: -208, 2: 208, 3: -300, 4: 208}
     for _ in range(3):
         watched.supervisor.want_mode(cia402.CST)
@@ -808,12 +812,11 @@ def test_all_together_are_judged_by_the_least_efficient(robot: cdprcal.Robot) ->
 def test_the_rated_torque_is_the_drives_own_to_a_hundredth(
     own_mNm: int, fine: bool, robot: cdprcal.Robot, plan: cdprcal.Plan
 ) -> None:
-    def build(nodes: list) -> None:  # type: ignore[type-arg]
+    def build(nodes: list[DriveNode]) -> None:
         nodes[2].drive.dictionary.set(cia402.RATED_TORQUE, own_mNm)
 
-    fault = Fault("another motor", math.inf, build=build)
     try:
-        backend = SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
+        backend = armed(robot, plan, build)
     except BackendError as error:
         said = str(error)
     else:
@@ -825,20 +828,18 @@ def test_the_rated_torque_is_the_drives_own_to_a_hundredth(
 def test_a_drive_whose_limit_cannot_be_written_is_refused(
     robot: cdprcal.Robot, plan: cdprcal.Plan
 ) -> None:
-    def build(nodes: list) -> None:  # type: ignore[type-arg]
+    def build(nodes: list[DriveNode]) -> None:
         nodes[1].drive.dictionary.objects[cia402.MAX_MOTOR_SPEED].writable = False
 
-    fault = Fault("read only", math.inf, build=build)
     with pytest.raises(BackendError, match="does not keep the limit that 0x6080 is told"):
-        SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
+        armed(robot, plan, build)
     # One that is limited further already need not be.
 
-    def limited(nodes: list) -> None:  # type: ignore[type-arg]
+    def limited(nodes: list[DriveNode]) -> None:
         build(nodes)
         nodes[1].drive.dictionary.set(cia402.MAX_MOTOR_SPEED, 900)
 
-    fault = Fault("read only", math.inf, build=limited)
-    SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault).stop()
+    armed(robot, plan, limited).stop()
 
 
 def test_a_winch_without_a_drum_loses_nothing_to_friction() -> None:
@@ -859,7 +860,7 @@ def test_nothing_read_says_nothing(robot: cdprcal.Robot) -> None:
 def test_drives_are_given_the_limits_of_the_session(
     robot: cdprcal.Robot, plan: cdprcal.Plan
 ) -> None:
-    backend = SimulatedSession.connect(example_session(), robot, plan, armed=True)
+    backend = armed(robot, plan)
     assert backend.simulated is not None
     for node in backend.simulated.nodes:
         # 462 N at 0.05 m, 10:1, of 2.4 Nm; 0.5 m/s.
@@ -870,6 +871,17 @@ def test_drives_are_given_the_limits_of_the_session(
         assert effective["velocity_m_s"] == pytest.approx(0.5, abs=1e-3)
     assert backend.settings["limits"]["stop_time_s"] == pytest.approx(0.375)
     backend.stop()
+
+
+def armed(
+    robot: cdprcal.Robot,
+    plan: cdprcal.Plan,
+    build: Callable[[list[DriveNode]], None] | None = None,
+    **texts: str,
+) -> SimulatedSession:
+    """The winches of the example, armed, their drives built so."""
+    fault = Fault("built so", math.inf, build=build)
+    return SimulatedSession.connect(example_session(**texts), robot, plan, armed=True, fault=fault)
 
 
 TRAVEL = {"velocity_m_s: 0.4": "velocity_m_s: 0.4, travel_m: 0.5"}
@@ -894,8 +906,7 @@ def test_position_limits_are_set_about_where_the_drive_is_and_put_back(
             cia402.POSITION, signed=True) + 300_000)  # fmt: skip
         nodes[0].drive.dictionary.set(cia402.POSITION_LEAST, -(1 << 31))
 
-    fault = Fault("limited", math.inf, build=build)
-    backend = SimulatedSession.connect(session, robot, plan, armed=True, fault=fault)
+    backend = armed(robot, plan, build, **TRAVEL)
     assert backend.simulated is not None
     beyond_m = 0.5 + backend.limits["stop_distance_m"]
     nodes = backend.simulated.nodes
@@ -922,10 +933,8 @@ def test_a_drive_beyond_its_own_position_limits_is_refused(
         nodes[2].drive.dictionary.set(cia402.POSITION_LEAST, here + 100_000_000)
         nodes[2].drive.dictionary.set(cia402.POSITION_MOST, here + 200_000_000)
 
-    fault = Fault("elsewhere", math.inf, build=build)
-    session = example_session(**TRAVEL)
     with pytest.raises(BackendError, match=r"node 3 \(cable 3\): stands at .* \(0x607D: 1"):
-        SimulatedSession.connect(session, robot, plan, armed=True, fault=fault)
+        armed(robot, plan, build, **TRAVEL)
 
 
 def test_position_limits_that_are_not_kept_are_refused_and_missing_ones_noted(
@@ -937,12 +946,9 @@ def test_position_limits_that_are_not_kept_are_refused_and_missing_ones_noted(
     def missing(nodes: list[Any]) -> None:
         del nodes[1].drive.dictionary.objects[cia402.POSITION_MOST]
 
-    session = example_session(**TRAVEL)
-    fault = Fault("read only", math.inf, build=fixed)
     with pytest.raises(BackendError, match="does not keep the limit that 0x607D is told"):
-        SimulatedSession.connect(session, robot, plan, armed=True, fault=fault)
-    fault = Fault("missing", math.inf, build=missing)
-    backend = SimulatedSession.connect(session, robot, plan, armed=True, fault=fault)
+        armed(robot, plan, fixed, **TRAVEL)
+    backend = armed(robot, plan, missing, **TRAVEL)
     assert [note for note in backend.notes if "no object 0x607D" in note]
     assert "travel_m" not in backend.limits["drives"][1]
     backend.stop()
@@ -962,11 +968,10 @@ def test_a_cable_that_goes_too_far_stops_the_robot() -> None:
 
 
 def test_a_drive_that_is_limited_further_stays_so(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
-    def build(nodes: list) -> None:  # type: ignore[type-arg]
+    def build(nodes: list[DriveNode]) -> None:
         nodes[0].drive.dictionary.set(cia402.MAX_TORQUE, 500)
 
-    fault = Fault("limited", math.inf, build=build)
-    backend = SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
+    backend = armed(robot, plan, build)
     assert backend.limits["drives"][0]["tension_N"] == pytest.approx(240.0)
     assert backend.limits["drives"][1]["tension_N"] == pytest.approx(462.0, abs=0.5)
     backend.stop()
@@ -975,15 +980,13 @@ def test_a_drive_that_is_limited_further_stays_so(robot: cdprcal.Robot, plan: cd
 def test_a_drive_that_does_not_keep_a_limit_is_refused(
     robot: cdprcal.Robot, plan: cdprcal.Plan
 ) -> None:
-    fault = Fault("forgets", math.inf, build=forgetting(cia402.MAX_TORQUE, 2))
     words = r"node 2 \(cable 2\): does not keep the limit that 0x6072 is told"
     with pytest.raises(BackendError, match=words):
-        SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
+        armed(robot, plan, forgetting(cia402.MAX_TORQUE, 2))
 
 
 def test_a_drive_without_limits_is_noted(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
-    fault = Fault("bare", math.inf, build=without(cia402.MAX_TORQUE, node=2))
-    backend = SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
+    backend = armed(robot, plan, without(cia402.MAX_TORQUE, node=2))
     assert backend.notes == [
         "node 2 (cable 2): has no object 0x6072; limit tension_N by its own set-up"
     ]

@@ -149,20 +149,19 @@ class Command:
 
 
 class OnBench:
-    """A backend on a bench."""
+    """A backend on a bench, or on one that is made of a session."""
 
     def __init__(
         self,
-        session: Session,
+        bench: Bench | Session,
         robot: cdprcal.Robot,
         *,
         armed: bool = True,
         ahrs: Level | None = None,
-        bench: Bench | None = None,
         clock: SimulatedClock | None = None,
     ) -> None:
-        self.session = session
-        self.bench = bench or Bench(session)
+        self.bench = bench if isinstance(bench, Bench) else Bench(bench)
+        session = self.bench.session
         self.ahrs = ahrs or Level()
         self.clock = clock or SimulatedClock()
         self.backend = FieldbusBackend(
