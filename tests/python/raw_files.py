@@ -46,6 +46,11 @@ def cells(values: Floats, digits: int, decimal: str = ".") -> list[list[str]]:
     return [[f"{v:.{digits}f}".replace(".", decimal) for v in row] for row in values]
 
 
+def written(path: Path, lines: list[str]) -> Path:
+    path.write_text("\n".join([*lines, ""]))
+    return path
+
+
 def german_excel(log: cdprcal.Log, folder: Path) -> Path:
     """Excel in German: semicolons, decimal commas, cp1252, ms, mm, degrees."""
     header = ["Zeit [ms]", *(f"Seillänge {i} [mm]" for i in range(1, 5))]
@@ -76,9 +81,7 @@ def labview(log: cdprcal.Log, folder: Path) -> Path:
         minutes, seconds = divmod(time + 37.5, 60.0)
         clock = f"14:{12 + int(minutes):02d}:{seconds:06.3f}".replace(".", ",")
         lines.append("\t".join([clock, *row]))
-    path = folder / "run.lvm"
-    path.write_text("\n".join([*head, "\t".join(names), *lines, ""]))
-    return path
+    return written(folder / "run.lvm", [*head, "\t".join(names), *lines])
 
 
 def pandas_index(log: cdprcal.Log, folder: Path) -> Path:
@@ -91,9 +94,7 @@ def pandas_index(log: cdprcal.Log, folder: Path) -> Path:
     for i, row in enumerate(cells(values, 6)):
         stamp = begin + np.timedelta64(round(1e3 * float(log.time_s[i])), "ms")
         lines.append(",".join([str(i), str(stamp).replace("T", " "), *row]))
-    path = folder / "frame.csv"
-    path.write_text("\n".join([*lines, ""]))
-    return path
+    return written(folder / "frame.csv", lines)
 
 
 def savetxt(log: cdprcal.Log, folder: Path) -> Path:
@@ -111,9 +112,7 @@ def kilograms(log: cdprcal.Log, folder: Path) -> Path:
     values = table(
         log.time_s, 100.0 * log.length_m, log.tension_N / KGF, deg(log.roll_pitch_yaw_rad)
     )
-    path = folder / "crane.csv"
-    path.write_text("\n".join([",".join(names), *(",".join(r) for r in cells(values, 5)), ""]))
-    return path
+    return written(folder / "crane.csv", [",".join(row) for row in (names, *cells(values, 5))])
 
 
 def compass(log: cdprcal.Log, folder: Path) -> Path:
@@ -123,9 +122,7 @@ def compass(log: cdprcal.Log, folder: Path) -> Path:
     angles = deg(log.roll_pitch_yaw_rad)
     angles[:, 2] = np.mod(90.0 - angles[:, 2], 360.0)
     values = table(log.time_s, log.length_m, log.tension_N, angles)
-    path = folder / "nav.csv"
-    path.write_text("\n".join([", ".join(names), *(", ".join(r) for r in cells(values, 5)), ""]))
-    return path
+    return written(folder / "nav.csv", [", ".join(row) for row in (names, *cells(values, 5))])
 
 
 def left_handed(log: cdprcal.Log, folder: Path) -> Path:
@@ -134,9 +131,7 @@ def left_handed(log: cdprcal.Log, folder: Path) -> Path:
     names += [*(f"tension_{c}_N" for c in "abcd"), "roll_deg", "pitch_deg", "yaw_deg"]
     angles = deg(log.roll_pitch_yaw_rad) * np.array([1.0, 1.0, -1.0])
     values = table(log.time_s, -log.length_m, -deg(log.swivel_rad), log.tension_N, angles)
-    path = folder / "left.csv"
-    path.write_text("\n".join([",".join(names), *(",".join(r) for r in cells(values, 6)), ""]))
-    return path
+    return written(folder / "left.csv", [",".join(row) for row in (names, *cells(values, 6))])
 
 
 def counts(log: cdprcal.Log, folder: Path) -> Path:
@@ -144,9 +139,7 @@ def counts(log: cdprcal.Log, folder: Path) -> Path:
     names = [*(f"enc{i}" for i in range(1, 5)), *(f"F{i}_N" for i in range(1, 5))]
     names += ["roll_rad", "pitch_rad", "yaw_rad"]
     values = table(np.round(-log.length_m / 1e-5), log.tension_N, log.roll_pitch_yaw_rad)
-    path = folder / "plc.csv"
-    path.write_text("\n".join([";".join(names), *(";".join(r) for r in cells(values, 6)), ""]))
-    return path
+    return written(folder / "plc.csv", [";".join(row) for row in (names, *cells(values, 6))])
 
 
 def units_row(log: cdprcal.Log, folder: Path) -> Path:
@@ -161,9 +154,7 @@ def units_row(log: cdprcal.Log, folder: Path) -> Path:
     lines = ["# logger v7", ",".join(names), ",".join(units)]
     for time, row in zip(log.time_s.tolist(), cells(head, 7), strict=True):
         lines.append(",".join([f"{time:.3f}", "HOLD", *row]))
-    path = folder / "logger.csv"
-    path.write_text("\n".join([*lines, ""]))
-    return path
+    return written(folder / "logger.csv", lines)
 
 
 def utf16(log: cdprcal.Log, folder: Path) -> Path:
@@ -283,9 +274,7 @@ def merged_names(log: cdprcal.Log, folder: Path) -> Path:
     lower = ["", *"1234", *"1234", "roll", "pitch", "yaw"]
     values = table(log.time_s, log.length_m, log.tension_N, log.roll_pitch_yaw_rad)
     lines = [",".join(row) for row in (upper, lower, *cells(values, 6))]
-    path = folder / "levels.csv"
-    path.write_text("\n".join([*lines, ""]))
-    return path
+    return written(folder / "levels.csv", lines)
 
 
 def parquet(log: cdprcal.Log, folder: Path) -> Path:
@@ -372,9 +361,7 @@ def historian(log: cdprcal.Log, folder: Path) -> Path:
         for name, values in signals_of(log).items():
             unit = units.get(name.partition("_")[0], "deg")
             lines.append(f"{time:.4f};{name};{values[i]:.6f};{unit}".replace(".", ","))
-    path = folder / "historian.csv"
-    path.write_text("\n".join([*lines, ""]))
-    return path
+    return written(folder / "historian.csv", lines)
 
 
 def quoted_commas(log: cdprcal.Log, folder: Path) -> Path:
@@ -384,9 +371,7 @@ def quoted_commas(log: cdprcal.Log, folder: Path) -> Path:
     values = table(log.time_s, 1e3 * log.length_m, log.tension_N, deg(log.roll_pitch_yaw_rad))
     rows = cells(values, 5, ",")
     lines = [",".join(f'"{cell}"' for cell in row) for row in (names, ["", *rows[0][1:]], *rows)]
-    path = folder / "quoted.csv"
-    path.write_text("\n".join([*lines, ""]))
-    return path
+    return written(folder / "quoted.csv", lines)
 
 
 def whole_quaternions(log: cdprcal.Log, folder: Path) -> Path:
@@ -402,9 +387,7 @@ def whole_quaternions(log: cdprcal.Log, folder: Path) -> Path:
         lines.append(",".join([str(len(lines)), *row, *(f"{part:.0f}" for part in q)]))
         if len(lines) % 40 == 0:
             lines.append(lines[-1])
-    path = folder / "bits.csv"
-    path.write_text("\n".join([*lines, ""]))
-    return path
+    return written(folder / "bits.csv", lines)
 
 
 def quaternions(log: cdprcal.Log) -> Floats:

@@ -8,7 +8,7 @@ import math
 import re
 import sys
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from datetime import datetime, timedelta
 from decimal import Decimal
 from pathlib import Path
@@ -21,7 +21,7 @@ import cdprcal
 from cdprcal import sensors
 from cdprcal.io import LogFile, load_log, save_log
 from cdprcal.io.marks import marks_in
-from cdprcal.mapping import Proposal, load_mapped, parse_map, propose_file, read_raw
+from cdprcal.mapping import Line, Proposal, load_mapped, parse_map, propose_file, read_raw
 from cdprcal.mapping.counter import unwrapped
 from cdprcal.mapping.document import GROUPS, QUATERNIONS
 from cdprcal.mapping.recognise import taken_apart
@@ -109,6 +109,25 @@ def test_the_proposal_says_how_sure_it_is(
     cli("check", "irma4", raw, "--propose", raw).refused("is the log that is read")
 
 
+def proposed(raw: Path, robot: cdprcal.Robot | None = None) -> dict[str, Line]:
+    """The lines that are proposed for the channels of a file, by name."""
+    return {line.name: line for line in propose_file(raw, robot).lines}
+
+
+def through_its_map(proposal: Proposal) -> LogFile:
+    """The file of a proposal as its map reads it."""
+    the_map = proposal.raw.path.with_name("map.yaml")
+    the_map.write_text(proposal.text())
+    return load_mapped(proposal.raw.path, the_map, None)
+
+
+def table(path: Path, names: Iterable[str], *columns: Any) -> Path:
+    """A CSV file of these names and columns."""
+    header = ",".join(names)
+    np.savetxt(path, np.column_stack(columns), delimiter=",", header=header, comments="")
+    return path
+
+
 def canonical(log: cdprcal.Log, path: Path, *renamed: tuple[str, str]) -> Path:
     """A canonical log whose header is written otherwise: (pattern, what stands in its place)."""
     cdprcal.write_log(log, str(path))
@@ -138,7 +157,7 @@ def test_numbered_angles_are_the_swivels(
     for was, now in zip(("roll", "pitch", "yaw"), angles.split(","), strict=True):
         renamed.append((rf"\b{was}_rad", f"{now}_rad"))
     raw = canonical(synthetic.log, tmp_path / "raw.csv", *renamed)
-    lines = {line.name: line for line in propose_file(raw).lines}
+    lines = proposed(raw)
     assert lines["swivels"].columns == tuple(f"{swivel}_{i}_rad" for i in (1, 2, 3, 4))
     assert lines["attitude"].columns == tuple(f"{angle}_rad" for angle in angles.split(","))
 
@@ -149,15 +168,13 @@ def test_what_was_commanded_is_not_what_was_read(
 ) -> None:
     raw, log = tmp_path / "raw.csv", synthetic.log
     names = [asked.format(i) for i in (1, 2, 3, 4)] + [f"ActualPosition_{i}_m" for i in range(4)]
-    header = ",".join(["time_s", *names, "roll_ref_rad", "roll_rad"])
+    header = ["time_s", *names, "roll_ref_rad", "roll_rad"]
     roll = log.roll_pitch_yaw_rad[:, :1]
-    table = np.column_stack([log.time_s, log.length_m + 0.01, log.length_m, roll + 0.01, roll])
-    np.savetxt(raw, table, delimiter=",", header=header, comments="")
-    lines = {line.name: line for line in propose_file(raw).lines}
+    table(raw, header, log.time_s, log.length_m + 0.01, log.length_m, roll + 0.01, roll)
+    lines = proposed(raw)
     assert lines["lengths"].columns == tuple(names[4:])
     assert lines["attitude"].columns == ("roll_rad", "", "")
-    np.savetxt(raw, table[:, [0, 1, 2, 3, 4]], delimiter=",", header=header[: header.index(",Act")],
-               comments="")  # fmt: skip
+    table(raw, header[:5], log.time_s, log.length_m + 0.01)
     (lengths,) = propose_file(raw).lines  # there is nothing else
     assert (lengths.sure, lengths.columns) == ("guess", tuple(names[:4]))
     assert "says that it was commanded" in lengths.why
@@ -171,9 +188,8 @@ def test_the_number_that_tells_cables_apart_is_found_among_others(
 ) -> None:
     raw, log = tmp_path / "raw.csv", synthetic.log
     names = [pattern.format(i, i + 7) for pattern in (length, tension) for i in (1, 2, 3, 4)]
-    table = np.column_stack([log.time_s, log.length_m, log.tension_N])
-    np.savetxt(raw, table, delimiter=",", header=",".join(["time_s", *names]), comments="")
-    lines = {line.name: line for line in propose_file(raw).lines}
+    table(raw, ["time_s", *names], log.time_s, log.length_m, log.tension_N)
+    lines = proposed(raw)
     assert lines["lengths"].columns == tuple(names[:4])
     assert lines["tensions"].columns == tuple(names[4:])
 
@@ -182,9 +198,8 @@ def test_a_map_without_a_cable_is_no_success(
     cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
 ) -> None:
     raw, log = tmp_path / "raw.csv", synthetic.log
-    table = np.column_stack([log.time_s, log.roll_pitch_yaw_rad])
-    header = "time_s,roll_rad,pitch_rad,yaw_rad"
-    np.savetxt(raw, table, delimiter=",", header=header, comments="")
+    header = ("time_s", "roll_rad", "pitch_rad", "yaw_rad")
+    table(raw, header, log.time_s, log.roll_pitch_yaw_rad)
     ran = cli("check", "irma4", raw, "--propose", tmp_path / "map.yaml")
     assert ran.code == 1
     assert "2 lines, no column is recognised as a cable's: add lengths" in ran.stdout
@@ -239,7 +254,7 @@ def test_stamps_of_whole_seconds_give_way_to_the_rate(
 def test_a_full_name_beats_an_alias(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
     renamed = ("tension_1_N", "theta_rad"), ("tension_2_N", "rx_rad")
     raw = canonical(synthetic.log, tmp_path / "raw.csv", *renamed)
-    lines = {line.name: line for line in propose_file(raw).lines}
+    lines = proposed(raw)
     assert lines["attitude"].columns == ("roll_rad", "pitch_rad", "yaw_rad")
 
 
@@ -278,7 +293,7 @@ def test_an_array_of_angles_is_the_attitude(
     log, path = synthetic.log, tmp_path / "run.mat"
     held = {"t": log.time_s, "L": log.length_m, "T": log.tension_N, "rpy": log.roll_pitch_yaw_rad}
     io.savemat(path, {key: np.array(values) for key, values in held.items()})
-    lines = {line.name: line for line in propose_file(path).lines}
+    lines = proposed(path)
     assert lines["attitude"].columns == ("rpy.1", "rpy.2", "rpy.3")
     assert lines["tensions"].columns == ("T.1", "T.2", "T.3", "T.4")
 
@@ -287,7 +302,7 @@ def test_a_bag_that_was_exported_is_proposed_whole(
     synthetic: cdprcal.SyntheticLog, robot: cdprcal.Robot, tmp_path: Path
 ) -> None:
     save_bag(synthetic.log, tmp_path / "bag", robot.euler_convention)
-    lines = {line.name: line for line in propose_file(tmp_path / "bag", robot).lines}
+    lines = proposed(tmp_path / "bag", robot)
     assert {"lengths", "swivels", "tensions", "attitude"} <= set(lines)
     assert lines["lengths"].columns[0] == "/joint_states.position.cable_1"
     assert lines["swivels"].columns[0] == "/joint_states.position.swivel_1"
@@ -656,8 +671,7 @@ def test_a_unit_in_brackets_is_taken(
     proposal = propose_file(raw)
     line = next(line for line in proposal.lines if line.name == f"{stem}s")
     assert (line.unit, line.sure) == (unit, "sure")
-    (tmp_path / "map.yaml").write_text(proposal.text())
-    found = load_mapped(raw, tmp_path / "map.yaml", None).log
+    found = through_its_map(proposal).log
     field = {"length": "length_m", "tension": "tension_N", "swivel": "swivel_rad"}[stem]
     np.testing.assert_allclose(
         getattr(found, field), getattr(synthetic.log, field), rtol=1e-4, atol=1e-6
@@ -709,10 +723,10 @@ def test_tensions_without_a_unit_are_weighed_by_physics(
 ) -> None:
     renamed = r"^tension_(\d)_N$", r"tension_\1"
     raw = scaled(synthetic.log, tmp_path / "raw.csv", {"tension_": 1.0 / size}, renamed)
-    tensions = next(line for line in propose_file(raw, robot).lines if line.name == "tensions")
+    tensions = proposed(raw, robot)["tensions"]
     assert (tensions.unit, tensions.sure) == (unit, "likely")
     # Without a robot nothing says it.
-    tensions = next(line for line in propose_file(raw).lines if line.name == "tensions")
+    tensions = proposed(raw)["tensions"]
     assert (tensions.unit, tensions.sure) == ("N", "guess")
     assert "nothing says the unit" in tensions.why
 
@@ -722,7 +736,7 @@ def test_of_maps_that_agree_as_well_the_one_that_changes_least_is_proposed(
 ) -> None:
     """Millimetres under a header that says metres: the frame seen from behind agrees as well."""
     raw = scaled(synthetic.log, tmp_path / "raw.csv", {"length_": 1e3})
-    lines = {line.name: line for line in propose_file(raw, robot).lines}
+    lines = proposed(raw, robot)
     assert lines["lengths"].unit == "mm"
     assert lines["lengths"].columns == tuple(f"length_{i}_m" for i in range(1, 5))
     for line in lines.values():
@@ -742,17 +756,10 @@ def test_columns_of_several_units_are_a_guess(
 ) -> None:
     renamed = r"^length_1_m$", "length_1_mm"
     raw = scaled(synthetic.log, tmp_path / "raw.csv", {"length_1": 1e3}, renamed)
-    lengths = next(line for line in propose_file(raw).lines if line.name == "lengths")
+    lengths = proposed(raw)["lengths"]
     assert lengths.sure == "guess"
     assert "in m and mm" in lengths.why
     assert "convert the columns to one unit" in lengths.why
-
-
-def through_its_map(proposal: Proposal) -> LogFile:
-    """The file of a proposal as its map reads it."""
-    the_map = proposal.raw.path.with_name("map.yaml")
-    the_map.write_text(proposal.text())
-    return load_mapped(proposal.raw.path, the_map, None)
 
 
 def with_times(log: cdprcal.Log, path: Path, names: str, written: list[str]) -> Path:
@@ -928,8 +935,7 @@ def test_seconds_and_what_passed_since_are_one_time(
     raw = with_times(log, tmp_path / "raw.csv", names, written)
     proposal = propose_file(raw)
     assert (proposal.time.sure, proposal.time.columns) == ("sure", tuple(names.split(";")))
-    (tmp_path / "map.yaml").write_text(proposal.text())
-    found = load_mapped(raw, tmp_path / "map.yaml", None).log
+    found = through_its_map(proposal).log
     np.testing.assert_allclose(found.time_s, log.time_s - log.time_s[0], atol=1e-5)
 
 
@@ -942,8 +948,7 @@ def test_the_hours_that_excel_does_not_show_go_on(
     raw = with_times(log, tmp_path / "raw.csv", "Time", written)
     proposal = propose_file(raw)
     assert proposal.time.why == "dates or times of day"
-    (tmp_path / "map.yaml").write_text(proposal.text())
-    found = load_mapped(raw, tmp_path / "map.yaml", None).log
+    found = through_its_map(proposal).log
     np.testing.assert_allclose(found.time_s, log.time_s - log.time_s[0], atol=0.051)
 
 
@@ -971,7 +976,7 @@ def test_the_order_of_numbered_quaternions_is_found_by_physics(
     proposal = propose_file(raw, robot)
     attitude = next(line for line in proposal.lines if line.name == "attitude")
     assert (attitude.unit, attitude.sure) == (f"quaternion_{first}", "likely")
-    attitude = next(line for line in propose_file(raw).lines if line.name == "attitude")
+    attitude = proposed(raw)["attitude"]
     assert (attitude.unit, attitude.sure) == ("quaternion_wxyz", "guess")
 
 
@@ -981,10 +986,8 @@ def with_quaternions(log: cdprcal.Log, path: Path, order: str, one: float, odd: 
     parts[len(parts) - odd :] *= 0.5
     names = [f"{stem}_{i}{unit}" for stem, unit in (("length", "_m"), ("tension", "_N"))
              for i in (1, 2, 3, 4)]  # fmt: skip
-    header = ",".join(["time_s", *names, "q0", "q1", "q2", "q3"])
-    table = np.column_stack([log.time_s, log.length_m, log.tension_N, parts])
-    np.savetxt(path, table, delimiter=",", header=header, comments="")
-    return path
+    header = ["time_s", *names, "q0", "q1", "q2", "q3"]
+    return table(path, header, log.time_s, log.length_m, log.tension_N, parts)
 
 
 def test_quaternions_of_another_norm_are_scaled_counted_or_refused(
@@ -1014,7 +1017,7 @@ def test_a_unit_of_lengths_that_physics_contradicts_gives_way(tmp_path: Path) ->
     log = cdprcal.synthetic_log(robot, cdprcal.default_setpoints(robot, 2, 2, 2)).log
     renamed = r"^length_(\d)_m$", r"len_\1"
     raw = scaled(log, tmp_path / "raw.csv", {"length_": 1e3}, renamed)
-    lengths = next(line for line in propose_file(raw, robot).lines if line.name == "lengths")
+    lengths = proposed(raw, robot)["lengths"]
     assert (lengths.unit, lengths.sure) == ("mm", "likely")
 
 
@@ -1195,14 +1198,10 @@ def test_what_needs_an_extra_names_it(
         file.writestr("xl/workbook.xml", "")
     for name in ("scipy", "pyarrow", "h5py", "openpyxl"):
         monkeypatch.setitem(sys.modules, name, None)
-    with pytest.raises(cdprcal.InputError, match=r"pip install 'cdprcal\[mat\]'"):
-        read_raw(mat)
-    with pytest.raises(cdprcal.InputError, match=r"pip install 'cdprcal\[arrow\]'"):
-        read_raw(tmp_path / "x.parquet")
-    with pytest.raises(cdprcal.InputError, match=r"pip install 'cdprcal\[hdf5\]'"):
-        read_raw(tmp_path / "x.h5")
-    with pytest.raises(cdprcal.InputError, match=r"pip install 'cdprcal\[excel\]'"):
-        read_raw(tmp_path / "x.xlsx")
+    files = {"mat": mat.name, "arrow": "x.parquet", "hdf5": "x.h5", "excel": "x.xlsx"}
+    for extra, name in files.items():
+        with pytest.raises(cdprcal.InputError, match=rf"pip install 'cdprcal\[{extra}\]'"):
+            read_raw(tmp_path / name)
 
 
 DAMAGED = {
