@@ -56,6 +56,10 @@ class Ran:
         assert all(word in self.stderr for word in words), self
 
 
+#: The fixture ``cli``: runs a command of the command line.
+Cli = Callable[..., Ran]
+
+
 @pytest.fixture(scope="session", autouse=True)
 def frames_that_copy_quickly() -> Iterator[None]:
     """A virtual bus gives each listener a deep copy of each frame, which is a quarter of a run.
@@ -122,7 +126,7 @@ def plan_path(plan: cdprcal.Plan, tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def cli(capfd: pytest.CaptureFixture[str]) -> Callable[..., Ran]:
+def cli(capfd: pytest.CaptureFixture[str]) -> Cli:
     """Runs a command in this process: cli("check", "irma4", path) → Ran."""
 
     def run(*arguments: object) -> Ran:

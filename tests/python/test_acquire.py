@@ -24,7 +24,7 @@ from cdprcal.hardware import BackendError
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import AcquisitionInputs, LiveLog, load_log, open_live_log, read_inputs
 from cdprcal.io.events import read_events
-from conftest import Ran
+from conftest import Cli
 from test_live_log import disk_of
 
 SWING_S = 2.9  # of irma4's platform, the slowest
@@ -303,7 +303,7 @@ def test_the_loop_is_that_of_the_core(
 
 @KINDS
 def test_a_log_alone_is_enough_to_solve_and_to_run_again(
-    kind: str, cli: Callable[..., Ran], plan_path: Path, tmp_path: Path
+    kind: str, cli: Cli, plan_path: Path, tmp_path: Path
 ) -> None:
     path, truth = tmp_path / f"run.{kind}", tmp_path / "truth.json"
     effects = ("--effect", "load_cell_bias=1,-1,2,0", "--effect", "mass=0.05")
@@ -351,9 +351,7 @@ def test_a_log_alone_is_enough_to_solve_and_to_run_again(
     assert again.read_bytes() == path.read_bytes()
 
 
-def test_settings_that_are_damaged_are_left_out(
-    cli: Callable[..., Ran], plan_path: Path, tmp_path: Path
-) -> None:
+def test_settings_that_are_damaged_are_left_out(cli: Cli, plan_path: Path, tmp_path: Path) -> None:
     path, copy = tmp_path / "run.csv", tmp_path / "copy.csv"
     assert cli("acquire", "irma4", plan_path, "--quick", "-o", path).code == 0
     path.write_bytes(path.read_bytes().replace(b'# settings| {"', b"# settings| "))
@@ -363,16 +361,14 @@ def test_settings_that_are_damaged_are_left_out(
     assert cli("import", path, "-o", copy, "--inputs", tmp_path / "held").code == 2
 
 
-def test_a_log_without_inputs_has_none_to_give(
-    cli: Callable[..., Ran], log_path: Path, tmp_path: Path
-) -> None:
+def test_a_log_without_inputs_has_none_to_give(cli: Cli, log_path: Path, tmp_path: Path) -> None:
     ran = cli("import", log_path, "-o", tmp_path / "copy.csv", "--inputs", tmp_path / "held")
     ran.refused("cdprcal did not acquire it")
     assert not (tmp_path / "copy.csv").exists()
 
 
 def test_progress_is_said_on_stderr_and_the_end_on_stdout(
-    cli: Callable[..., Ran], plan_path: Path, tmp_path: Path
+    cli: Cli, plan_path: Path, tmp_path: Path
 ) -> None:
     ran = cli("acquire", "irma4", plan_path, "--quick", "-o", tmp_path / "run.csv")
     assert ran.code == 0
@@ -383,9 +379,7 @@ def test_progress_is_said_on_stderr_and_the_end_on_stdout(
         assert words in ran.stdout
 
 
-def test_wrong_use_is_said_and_nothing_written(
-    cli: Callable[..., Ran], plan_path: Path, tmp_path: Path
-) -> None:
+def test_wrong_use_is_said_and_nothing_written(cli: Cli, plan_path: Path, tmp_path: Path) -> None:
     out = tmp_path / "run.csv"
     for arguments, words in (
         (("irma4", plan_path, "--backend", "canopen5"), "--backend: 'canopen5'"),
@@ -403,9 +397,7 @@ def test_wrong_use_is_said_and_nothing_written(
     assert out.read_text() == "precious"
 
 
-def test_the_truth_is_refused_before_the_run(
-    cli: Callable[..., Ran], plan_path: Path, tmp_path: Path
-) -> None:
+def test_the_truth_is_refused_before_the_run(cli: Cli, plan_path: Path, tmp_path: Path) -> None:
     """A file that is no truth, a folder that is not there; an earlier truth is replaced."""
     out, mine = tmp_path / "run.csv", tmp_path / "mine.json"
     mine.write_text("precious")
@@ -425,7 +417,7 @@ def test_the_truth_is_refused_before_the_run(
 @pytest.mark.parametrize("json_too", [[], ["--json"]])
 def test_a_truth_that_cannot_be_written_hides_no_end(
     json_too: list[str],
-    cli: Callable[..., Ran],
+    cli: Cli,
     plan_path: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -531,9 +523,7 @@ def test_killed_at_any_moment_a_log_loses_at_most_a_second(
         assert inputs.plan_csv == cdprcal.format_plan(plan)
 
 
-def test_a_platform_that_is_slow_to_settle_is_waited_for(
-    cli: Callable[..., Ran], tmp_path: Path
-) -> None:
+def test_a_platform_that_is_slow_to_settle_is_waited_for(cli: Cli, tmp_path: Path) -> None:
     """Low in a corner of a large robot it sinks for half a minute, and the plan says so: longer
     than the 20 s after which StartUp gives up by itself."""
     robot = large_robot()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,9 +12,7 @@ import cdprcal
 from cdprcal.acquisition import Guide, start_up_options, start_up_plan
 from cdprcal.acquisition.told import Told, settled, told_by
 from cdprcal.io.events import told_in
-from conftest import Ran
-
-Cli = Callable[..., Ran]
+from conftest import Cli
 
 
 def told(

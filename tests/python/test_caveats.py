@@ -6,7 +6,6 @@ import itertools
 import json
 import re
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -19,14 +18,12 @@ import cdprcal
 from cdprcal.io import save_log
 from cdprcal.studies.variants import vary
 from cdprcal.trust import BY_EYE, CLAIM, FALSE_ALARMS, _unbalanced, caveats_of, worst_sigma
-from conftest import Ran
+from conftest import Cli
 from conftest import changed as edited
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
 
 import edits
-
-Cli = Callable[..., Ran]
 
 
 def synthetic(robot: cdprcal.Robot, seed: int, noise: float = 0.1) -> cdprcal.SyntheticLog:

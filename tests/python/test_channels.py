@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +15,9 @@ from cdprcal.io import load_log, save_log
 from cdprcal.results import residual_as_dict
 from cdprcal.schemas import schema
 from cdprcal.sensors import ABSOLUTE, CHANNELS, LOG_GROUPS, OPTIONS, SENSORS, columns_of
-from conftest import TABLE_II_TENSIONS_N, Ran
+from conftest import TABLE_II_TENSIONS_N, Cli
 
 ROOT = Path(__file__).resolve().parents[2]
-Cli = Callable[..., Ran]
 
 
 @pytest.fixture(scope="module")

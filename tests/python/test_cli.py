@@ -9,7 +9,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -19,9 +18,8 @@ import pytest
 
 import cdprcal
 from cdprcal.results import calibration_as_dict
-from conftest import Ran, changed, raw_text, strict
+from conftest import Cli, changed, raw_text, strict
 
-Cli = Callable[..., Ran]
 CHANNELS = {
     "length_m",
     "swivel_rad",

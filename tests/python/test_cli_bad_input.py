@@ -9,9 +9,7 @@ from pathlib import Path
 import pytest
 
 import cdprcal
-from conftest import Ran, changed, raw_text
-
-Cli = Callable[..., Ran]
+from conftest import Cli, Ran, changed, raw_text
 
 
 def assert_refused(ran: Ran, *words: str) -> None:

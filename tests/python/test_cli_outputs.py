@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +13,7 @@ import pytest
 import cdprcal
 from cdprcal import InputError
 from cdprcal.io.replacing import refuse_to_replace
-from conftest import Ran, changed
-
-Cli = Callable[..., Ran]
+from conftest import Cli, changed
 
 OVERWRITING: dict[str, tuple[tuple[str, ...], str]] = {
     "calibrate, its log": (("calibrate", "mine.yaml", "run.csv", "-o", "run.csv"), "log"),

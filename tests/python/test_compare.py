@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 import cdprcal
 from cdprcal.diagnosis.comparison import draw_comparison
-from conftest import Ran
-
-Cli = Callable[..., Ran]
+from conftest import Cli
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,6 @@ import io
 import json
 import re
 import time
-from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -19,13 +18,13 @@ from cdprcal.demo.folder import _DRAWN, _LOGS, PLAN
 from cdprcal.demo.story import HIDDEN, METHODS, Error, Hidden
 from cdprcal.demo.table import methods_table, verdict
 from cdprcal.io import read_inputs
-from conftest import Ran, few
+from conftest import Cli, few
 from test_schemas import validate
 
 PICTURES = {"tensions", "path", "methods", "residuals", "gap", "ranking", "held_out"}
 
 
-def test_the_story_ends_well_within_thirty_seconds(cli: Callable[..., Ran], tmp_path: Path) -> None:
+def test_the_story_ends_well_within_thirty_seconds(cli: Cli, tmp_path: Path) -> None:
     folder = tmp_path / "demo"
     began = time.process_time()  # how busy the machine is with other things does not matter
     ran = cli("demo", "-o", folder, "--json")
@@ -65,7 +64,7 @@ def test_the_story_ends_well_within_thirty_seconds(cli: Callable[..., Ran], tmp_
     assert again.code == 0
 
 
-def test_what_a_demonstration_did_not_write_stays(cli: Callable[..., Ran], tmp_path: Path) -> None:
+def test_what_a_demonstration_did_not_write_stays(cli: Cli, tmp_path: Path) -> None:
     """Refused before anything is written; what it wrote itself it replaces."""
 
     def refused(name: str) -> None:
@@ -92,9 +91,7 @@ def test_what_a_demonstration_did_not_write_stays(cli: Callable[..., Ran], tmp_p
 
 
 @pytest.mark.parametrize("robot_name", few(["ring5", "ring3"]))
-def test_other_robots_can_be_shown_too(
-    robot_name: str, cli: Callable[..., Ran], tmp_path: Path
-) -> None:
+def test_other_robots_can_be_shown_too(robot_name: str, cli: Cli, tmp_path: Path) -> None:
     ran = cli("demo", robot_name, "--effect", "cable_sag=0.06", "-o", tmp_path, "--json")
     document = json.loads(ran.stdout)
     assert [row["status"] for row in document["methods"]] == ["converged"] * len(METHODS)
@@ -103,7 +100,7 @@ def test_other_robots_can_be_shown_too(
     assert ran.code in (0, 1)
 
 
-def test_wrong_use_is_said(cli: Callable[..., Ran], tmp_path: Path) -> None:
+def test_wrong_use_is_said(cli: Cli, tmp_path: Path) -> None:
     for arguments, words in (
         (("--effect", "gravity=1"), "effect 'gravity': not known"),
         (("--effect", "load_cell_bias=1,2"), "2 values do not fit 4 cables"),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +13,8 @@ import pytest
 
 import cdprcal
 from cdprcal.diagnosis.table import print_diagnosis, unexplained_line
-from conftest import Ran, changed, strict
+from conftest import Cli, changed, strict
 
-Cli = Callable[..., Ran]
 BIAS_N = [9.0, -7.0, 11.0, -8.0]
 KEYS = {
     "verdict",

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.stats import norm
 
-from conftest import Ran
-
-Cli = Callable[..., Ran]
+from conftest import Cli
 
 
 @pytest.mark.parametrize("name", ["p1", "p2", "p3", "p4", "p5", "p6"])

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 import cdprcal
 from cdprcal import effect_files
-from conftest import Ran
+from conftest import Cli
 
-Cli = Callable[..., Ran]
 #: As the plant takes them, at two or three typical sizes.
 HIDDEN = (
     "load_cell_drift_each=0.06,-0.05,0.04,-0.06",

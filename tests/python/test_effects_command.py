@@ -6,7 +6,6 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import jsonschema
@@ -16,9 +15,8 @@ import cdprcal
 from cdprcal import _core
 from cdprcal.completion import paths
 from cdprcal.schemas import schema
-from conftest import Ran
+from conftest import Cli
 
-Cli = Callable[..., Ran]
 NAMES = [info.name for info in cdprcal.effect_catalogue()]
 
 

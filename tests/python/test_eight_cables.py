@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +12,7 @@ import cdprcal
 from cdprcal.cli.generate import with_sensors
 from cdprcal.sensors import OPTIONS
 from cdprcal.studies import coverage, start_ups
-from conftest import Ran, changed, few
-
-Cli = Callable[..., Ran]
+from conftest import Cli, changed, few
 
 #: What each kind of eight-cable robot has.
 SENSORS = {

@@ -20,7 +20,7 @@ from browser import PHONE, Tab
 from cdprcal.diagnosis import diagnosis_as_dict
 from cdprcal.explore import Exploration, ExploreServer
 from cdprcal.explore.exploration import Choice, LeftOut, without_rests
-from conftest import TABLE_II_TENSIONS_N, Ran, changed
+from conftest import TABLE_II_TENSIONS_N, Cli, changed
 from local_pages import ask, get, started
 
 BIAS_N = (6.0, -5.0, 4.0, -8.0)
@@ -341,7 +341,7 @@ def test_the_command_serves_until_ctrl_c(logs: list[cdprcal.Log], tmp_path: Path
         running.kill()
 
 
-def test_wrong_use_is_said(cli: Callable[..., Ran], log_path: Path, tmp_path: Path) -> None:
+def test_wrong_use_is_said(cli: Cli, log_path: Path, tmp_path: Path) -> None:
     for arguments, words in (
         (("irma4", tmp_path / "none.csv"), "cannot be read"),
         (("nobody", log_path), "nobody"),

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 import cdprcal
-from conftest import TABLE_II_TENSIONS_N, Ran
+from conftest import TABLE_II_TENSIONS_N, Cli
 
-Cli = Callable[..., Ran]
 SETPOINTS = [np.array(t) for t in TABLE_II_TENSIONS_N]
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +11,7 @@ from scipy.optimize import linprog
 
 import cdprcal
 from cdprcal.planning.start_up import start_up_plan
-from conftest import Ran
-
-Cli = Callable[..., Ran]
+from conftest import Cli
 
 #: A plate in the x, z plane that may turn in it, and whose centre of mass is beside its middle.
 PLATE = """

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +11,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import cdprcal
-from conftest import Ran
-
-Cli = Callable[..., Ran]
+from conftest import Cli
 
 GUIDED = ["belts4", "hang4"]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from itertools import islice
 from pathlib import Path
 
@@ -22,9 +21,8 @@ from cdprcal.mapping import load_mapped, propose
 from cdprcal.mapping.read import read_raw
 from cdprcal.testing.simulated_devices.mti import SimulatedPort
 from cdprcal.trust import caveats_of
-from conftest import TABLE_II_TENSIONS_N, Ran, samples_of
+from conftest import TABLE_II_TENSIONS_N, Cli, samples_of
 
-Cli = Callable[..., Ran]
 PLACE = "  inertial_unit_m: [0.05, -0.02, 0.03]\n"
 
 

@@ -20,10 +20,8 @@ from cdprcal.io import load_log
 from cdprcal.io.events import read_events
 from cdprcal.live import Feed, LiveServer, places_of, replay_messages
 from cdprcal.live.feed import end_message, estimate_message, hello, sample_message
-from conftest import Browsed, Ran, raw_text
+from conftest import Browsed, Cli, raw_text
 from local_pages import ask, get, started
-
-Cli = Callable[..., Ran]
 
 
 @pytest.fixture(scope="module")

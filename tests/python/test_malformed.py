@@ -11,17 +11,15 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from conftest import Ran
+from conftest import Cli
 from malformed import CASES, Case, Valid, make, make_valid
 from malformed.big import MOST_BYTES
 from malformed.commands import commands
 
-Cli = Callable[..., Ran]
 MOST_CPU_S = 1.0
 SMALL = [case for case in CASES if not case.big]
 

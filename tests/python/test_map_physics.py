@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +10,8 @@ import pytest
 
 import cdprcal
 from cdprcal.mapping import Proposal, propose_file
-from conftest import Ran, changed
+from conftest import Cli, changed
 
-Cli = Callable[..., Ran]
 PER_CABLE = ("length_m", "swivel_rad", "tension_N")
 
 

@@ -27,7 +27,7 @@ from cdprcal.mapping.document import GROUPS, QUATERNIONS
 from cdprcal.mapping.recognise import taken_apart
 from cdprcal.mapping.units import UNITS, factor, unit_named
 from cdprcal.ros2 import save_bag
-from conftest import Ran
+from conftest import Cli
 from raw_files import (
     SHAPES,
     bag_of_arrays,
@@ -38,7 +38,6 @@ from raw_files import (
     simulink,
 )
 
-Cli = Callable[..., Ran]
 LETTERS = {"s": "swivel_rad", "t": "tension_N", "p": "tension_setpoint_N"}
 
 

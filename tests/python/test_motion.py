@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import json
 import pickle
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import cdprcal
-from conftest import Ran, changed
+from conftest import Cli, changed
 from test_schemas import validate
 from test_track import rows_of
-
-Cli = Callable[..., Ran]
 
 
 @pytest.fixture(scope="module")

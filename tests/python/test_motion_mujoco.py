@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
 
@@ -12,13 +11,12 @@ import pytest
 
 import cdprcal
 from cdprcal import _core
-from conftest import Ran, few, samples_of
+from conftest import Cli, few, samples_of
 from mujoco_swing import MISREAD, Hidden, Swing, late, misread, swing
 from robots import polygon_robot
 
 mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed (the test extra has it)")
 
-Cli = Callable[..., Ran]
 ROBOT = polygon_robot(5, pulley_radius_m=0.0)
 
 

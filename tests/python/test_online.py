@@ -27,7 +27,7 @@ from cdprcal.acquisition.monitor import Monitor
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import load_log
 from cdprcal.studies import Workers
-from conftest import TABLE_II_TENSIONS_N, Ran, changed
+from conftest import TABLE_II_TENSIONS_N, Cli, changed
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
 import stopping
@@ -270,7 +270,7 @@ def test_who_chooses_a_way_says_so_before_it_is_gone(
         np.testing.assert_array_equal(stop.pose.position_m, pose.position_m)
 
 
-def test_until(cli: Callable[..., Ran], plan: cdprcal.Plan, tmp_path: Path) -> None:
+def test_until(cli: Cli, plan: cdprcal.Plan, tmp_path: Path) -> None:
     path, log = tmp_path / "plan.csv", tmp_path / "run.csv"
     path.write_text(cdprcal.format_plan(plan))
     ran = cli("acquire", "irma4", path, "-o", log, "--until", "1.5mm,0.1deg", "--seed", 3, "--json")
@@ -301,9 +301,7 @@ def test_until(cli: Callable[..., Ran], plan: cdprcal.Plan, tmp_path: Path) -> N
     assert not (tmp_path / "no.csv").exists()
 
 
-def test_until_of_a_platform_that_cannot_turn_is_of_its_position(
-    cli: Callable[..., Ran], tmp_path: Path
-) -> None:
+def test_until_of_a_platform_that_cannot_turn_is_of_its_position(cli: Cli, tmp_path: Path) -> None:
     assert parse_accuracy("1.5mm", turns=False).rotation_rad == math.inf
     assert parse_accuracy("1.5mm,1rad", turns=False).rotation_rad == 1.0
     with pytest.raises(InputError, match=r"of the position, for example 5mm$"):
@@ -318,9 +316,7 @@ def test_until_of_a_platform_that_cannot_turn_is_of_its_position(
     assert ran.code == 2
 
 
-def test_until_is_not_fooled_by_a_single_rest(
-    cli: Callable[..., Ran], tmp_path: Path, default_plan: Path
-) -> None:
+def test_until_is_not_fooled_by_a_single_rest(cli: Cli, tmp_path: Path, default_plan: Path) -> None:
     """After one rest these load cells look faultless, and the pose is 15 mm off, 5 σ."""
     truth = tmp_path / "truth.json"
     ran = cli(
@@ -346,7 +342,7 @@ def test_until_is_not_fooled_by_a_single_rest(
 
 
 def test_until_goes_on_while_something_speaks_against_the_pose(
-    cli: Callable[..., Ran], tmp_path: Path, default_plan: Path
+    cli: Cli, tmp_path: Path, default_plan: Path
 ) -> None:
     """A pulley is 10 mm from where the file has it: σ is small at once, and the pose is off."""
     log = tmp_path / "run.csv"
@@ -393,7 +389,7 @@ def test_the_end_says_that_there_is_no_pose(
 
 
 def test_a_start_up_that_waits_for_no_rest_ends_when_the_pose_is_known(
-    tmp_path: Path, cli: Callable[..., Ran], default_plan: Path
+    tmp_path: Path, cli: Cli, default_plan: Path
 ) -> None:
     truth, log = tmp_path / "truth.json", tmp_path / "run.csv"
     ran = cli(
@@ -425,7 +421,7 @@ def test_a_start_up_that_waits_for_no_rest_ends_when_the_pose_is_known(
 
 
 def test_a_run_in_motion_is_diagnosed_on_its_way(
-    tmp_path: Path, cli: Callable[..., Ran], default_plan: Path
+    tmp_path: Path, cli: Cli, default_plan: Path
 ) -> None:
     """It ends when the answer no longer changes, and nothing is asked twice at one place."""
     path = tmp_path / "run.csv"

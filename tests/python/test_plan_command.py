@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +17,9 @@ import cdprcal
 from cdprcal.io.replacing import signed
 from cdprcal.planning.pictures import draw_plan
 from cdprcal.planning.table import print_plan
-from conftest import Ran
+from conftest import Cli
 from robots import altered, angle_between, polygon_robot
 from test_cli_bad_input import assert_refused
-
-Cli = Callable[..., Ran]
 
 
 def plan_of(cli: Cli, *arguments: object) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from cdprcal.acquisition import Estimate, PoseGuard
 from cdprcal.acquisition.remedies import remedy_for
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.testing.altered import altered
-from conftest import Ran
+from conftest import Cli
 from guarded import start_up
 from robots import small_plan
 
@@ -108,7 +108,7 @@ def test_what_guards_nothing_is_refused(
 
 
 def test_a_floor_that_the_plan_goes_below_is_refused(
-    robot: cdprcal.Robot, low_plan: cdprcal.Plan, cli: Callable[..., Ran], tmp_path: Path
+    robot: cdprcal.Robot, low_plan: cdprcal.Plan, cli: Cli, tmp_path: Path
 ) -> None:
     """By the platform's lowest point, at stops and between them; nothing has moved then."""
     points = np.array([[0, 0, 0], *(c.platform_anchor_m for c in robot.cables)])
@@ -132,7 +132,7 @@ def test_both_reasons_have_a_remedy() -> None:
     assert "--floor-m" in remedy_for("the platform comes too close to the floor: its …")
 
 
-def test_the_command(cli: Callable[..., Ran], low_plan: cdprcal.Plan, tmp_path: Path) -> None:
+def test_the_command(cli: Cli, low_plan: cdprcal.Plan, tmp_path: Path) -> None:
     plan, log = tmp_path / "plan.csv", tmp_path / "run.csv"
     plan.write_text(cdprcal.format_plan(low_plan))
     effects = [word for text in LYING for word in ("--effect", text)]

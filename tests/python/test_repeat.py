@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +15,7 @@ from cdprcal.io.result_file import (
     load_result,
     log_sha256,
 )
-from conftest import Ran
-
-Cli = Callable[..., Ran]
+from conftest import Cli
 
 
 @pytest.mark.parametrize(

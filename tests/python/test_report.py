@@ -26,9 +26,8 @@ from cdprcal.report.night import NIGHT
 from cdprcal.report.page import _times_typical, about_ranking
 from cdprcal.report.text import moved_by, small, with_sigma
 from cdprcal.trust import worst_sigma
-from conftest import Browsed, Ran, changed
+from conftest import Browsed, Cli, changed
 
-Cli = Callable[..., Ran]
 LARGEST_PAGE_BYTES = 5_000_000
 MINUS = "\N{MINUS SIGN}"
 BIAS_N = np.array([6.0, -5.0, 4.0, -8.0])

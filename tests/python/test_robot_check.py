@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +12,8 @@ import pytest
 import cdprcal
 from cdprcal.check import check_robot
 from cdprcal.robot_template import BLANK, robot_template
-from conftest import Ran
+from conftest import Cli
 
-Cli = Callable[..., Ran]
 PLACE = re.compile(r":(\d+):(\d+): ")
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
 
@@ -18,7 +17,7 @@ import cdprcal
 from cdprcal.hardware.session import Ros2, load_topics
 from cdprcal.hardware.xsens.measurement import quaternion_from_rotation
 from cdprcal.ros2 import is_bag, load_bag, save_bag
-from conftest import Ran, changed
+from conftest import Cli, changed
 
 CHANNELS = ("length_m", "swivel_rad", "tension_N", "tension_setpoint_N", "roll_pitch_yaw_rad")
 STORE = get_typestore(Stores.ROS2_HUMBLE)
@@ -177,7 +176,7 @@ SESSION_TEXT = (ROOT / "examples/canopen-simulated.yaml").read_text()
 
 
 def test_a_bag_of_rosbags_calibrates(
-    cli: Callable[..., Ran],
+    cli: Cli,
     robot: cdprcal.Robot,
     synthetic: cdprcal.SyntheticLog,
     tmp_path: Path,
@@ -200,7 +199,7 @@ def test_a_bag_of_rosbags_calibrates(
 
 
 def test_a_session_of_topics_alone_is_enough_for_bags(
-    cli: Callable[..., Ran],
+    cli: Cli,
     robot: cdprcal.Robot,
     synthetic: cdprcal.SyntheticLog,
     tmp_path: Path,
@@ -226,7 +225,7 @@ def test_a_session_of_topics_alone_is_enough_for_bags(
 
 
 def test_export_and_import_again(
-    cli: Callable[..., Ran], log_path: Path, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+    cli: Cli, log_path: Path, synthetic: cdprcal.SyntheticLog, tmp_path: Path
 ) -> None:
     bag, out = tmp_path / "bag", tmp_path / "again.mcap"
     assert cli("export", "irma4", log_path, "-o", bag).code == 0

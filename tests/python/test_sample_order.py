@@ -11,9 +11,8 @@ import pytest
 import cdprcal
 from cdprcal import InputError
 from cdprcal.io import load_log
-from conftest import Ran
+from conftest import Cli
 
-Cli = Callable[..., Ran]
 Rows = list[str]
 
 

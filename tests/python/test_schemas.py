@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +16,7 @@ from cdprcal.cli import app
 from cdprcal.io import save_log
 from cdprcal.mapping import parse_map
 from cdprcal.schemas import DOCUMENTS, schema
-from conftest import Ran, changed
-
-Cli = Callable[..., Ran]
+from conftest import Cli, changed
 
 
 def validate(name: str, document: Any) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +15,7 @@ from cdprcal import CalibrateOptions, CalibrationStatus, InputError, Method
 from cdprcal.cli.generate import with_sensors
 from cdprcal.io import load_log, save_log
 from cdprcal.sensors import OPTIONS
-from conftest import TABLE_II_TENSIONS_N, Ran, changed, few
+from conftest import TABLE_II_TENSIONS_N, Cli, changed, few
 
 ABSOLUTE = ("absolute_yaw_rad", "direct_length_m", "position_m")
 #: Those that say something of a pose: how fast the platform turns is nothing at rest.
@@ -229,7 +228,7 @@ def test_a_wrong_tracker_is_contradicted(robot: cdprcal.Robot, made: cdprcal.Syn
     assert "position" in result.reason or "length" in result.reason
 
 
-def test_by_command(cli: Callable[..., Ran], tmp_path: Path) -> None:
+def test_by_command(cli: Cli, tmp_path: Path) -> None:
     log = tmp_path / "run.csv"
     ran = cli("generate", "irma4", "-o", log, "--sensors", "lengths,attitude,position,absolute-yaw")
     assert ran.code == 0, ran.stderr

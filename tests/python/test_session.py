@@ -6,7 +6,6 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -24,7 +23,7 @@ from cdprcal.hardware.session import (
 )
 from cdprcal.hardware.session.file import shipped_schema
 from cdprcal.hardware.session.objects import object_type, parse_object
-from conftest import Ran
+from conftest import Cli
 from robots import small_plan
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "canopen-simulated.yaml"
@@ -165,7 +164,7 @@ def test_the_module_prints_the_schema() -> None:
 
 
 def test_the_session_that_a_template_is_can_be_tried(
-    cli: Callable[..., Ran], robot: cdprcal.Robot, tmp_path: Path
+    cli: Cli, robot: cdprcal.Robot, tmp_path: Path
 ) -> None:
     path, plan = tmp_path / "session.yaml", tmp_path / "plan.csv"
     ran = cli("template", "--session", "-o", path)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import cdprcal
 from cdprcal.testing.altered import altered
-from conftest import Ran
-
-Cli = Callable[..., Ran]
+from conftest import Cli
 
 BOX = cdprcal.Box([0.35, -0.25, 0.0], [0.7, 0.25, 1.25])
 

@@ -10,7 +10,6 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -28,7 +27,7 @@ from cdprcal.cli.devices import run_dry
 from cdprcal.terminal import as_typed
 from cdprcal.testing.simulated_devices.connect import SimulatedSession
 from cdprcal.testing.simulated_devices.faults import Fault
-from conftest import Ran
+from conftest import Cli
 from robots import small_plan
 from winch_bus import EXAMPLE, example_session
 
@@ -64,7 +63,7 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
 
 
 def test_acquire_draws_the_run(
-    cli: Callable[..., Ran], terminal: Terminal, plan_path: Path, tmp_path: Path
+    cli: Cli, terminal: Terminal, plan_path: Path, tmp_path: Path
 ) -> None:
     log = tmp_path / "run.csv"
     ran = cli("acquire", "irma4", plan_path, "--quick", "--seed", 3, "-o", log)
@@ -82,7 +81,7 @@ def test_acquire_draws_the_run(
 
 
 def test_a_guided_run_does_not_say_how_long_it_will_take(
-    cli: Callable[..., Ran], terminal: Terminal, plan_path: Path, tmp_path: Path
+    cli: Cli, terminal: Terminal, plan_path: Path, tmp_path: Path
 ) -> None:
     arguments = ("--quick", "--until", "0.001mm,0.0001deg", "-o", tmp_path / "run.csv")
     ran = cli("acquire", "irma4", plan_path, *arguments)
@@ -181,7 +180,7 @@ def test_outside_of_the_main_thread_signals_are_left_alone(robot: cdprcal.Robot)
 
 
 def test_a_dry_run_is_drawn_and_ctrl_c_ends_it(
-    cli: Callable[..., Ran], terminal: Terminal, plan_path: Path, tmp_path: Path
+    cli: Cli, terminal: Terminal, plan_path: Path, tmp_path: Path
 ) -> None:
     before = signal.getsignal(signal.SIGINT)
     timer = threading.Timer(1.5, os.kill, (os.getpid(), signal.SIGINT))

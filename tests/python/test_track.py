@@ -6,7 +6,6 @@ import doctest
 import json
 import re
 import shlex
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +19,9 @@ from cdprcal.pictures import new_figure
 from cdprcal.ros2 import save_track_bag
 from cdprcal.tracking import columns_of_track, track_as_dict
 from cdprcal.tracking.pictures import draw_track
-from conftest import Ran, changed, samples_of
+from conftest import Cli, changed, samples_of
 from test_cli_bad_input import assert_refused
 from test_schemas import validate
-
-Cli = Callable[..., Ran]
 
 CHANNELS = ("length_m", "swivel_rad", "tension_N", "tension_setpoint_N", "roll_pitch_yaw_rad")
 

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import can
@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from cdprcal.io import load_log
-from conftest import Ran
+from conftest import Cli
 from winch_bus import EXAMPLE
 
 TWO = EXAMPLE.with_name("canopen-two-processes.yaml")
@@ -83,7 +83,7 @@ def robot_process(plan_path: Path, session: Path, tmp_path: Path) -> Iterator[Ro
 
 
 def test_two_processes_are_as_one(
-    cli: Callable[..., Ran],
+    cli: Cli,
     robot_process: RobotProcess,
     plan_path: Path,
     session: Path,

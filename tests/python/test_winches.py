@@ -38,7 +38,7 @@ from cdprcal.testing.simulated_devices.canopen_node import DriveNode
 from cdprcal.testing.simulated_devices.connect import SimulatedSession
 from cdprcal.testing.simulated_devices.faults import Fault, fault_kinds, quirk
 from cdprcal.testing.simulated_devices.platform import set_plant
-from conftest import Ran
+from conftest import Cli
 from winch_bus import (
     AT_ONCE,
     EXAMPLE,
@@ -626,9 +626,7 @@ def test_once_tripped_only_quick_stops_pass() -> None:
 # --- the command ---------------------------------------------------------------------------------
 
 
-def test_acquire_over_canopen_calibrates(
-    cli: Callable[..., Ran], plan_path: Path, tmp_path: Path
-) -> None:
+def test_acquire_over_canopen_calibrates(cli: Cli, plan_path: Path, tmp_path: Path) -> None:
     log, truth = tmp_path / "run.mcap", tmp_path / "truth.json"
     ran = cli("acquire", "irma4", plan_path, "--backend", "canopen", "--session", EXAMPLE,
               "--seed", 3, "--quick", "-o", log, "--truth", truth, "--json")  # fmt: skip
@@ -641,7 +639,7 @@ def test_acquire_over_canopen_calibrates(
     assert np.linalg.norm(np.subtract(found, true)) < 2e-3  # the cables stretch by up to 1 mm
 
 
-def test_dry_run_command(cli: Callable[..., Ran], plan_path: Path, tmp_path: Path) -> None:
+def test_dry_run_command(cli: Cli, plan_path: Path, tmp_path: Path) -> None:
     log = tmp_path / "run.mcap"
     arguments = ("acquire", "irma4", plan_path, "--backend", "canopen", "--session", EXAMPLE,
                  "--dry-run", "--seconds", 1, "-o", log)  # fmt: skip
@@ -656,7 +654,7 @@ def test_dry_run_command(cli: Callable[..., Ran], plan_path: Path, tmp_path: Pat
     assert not log.exists()
 
 
-def test_wrong_use_of_acquire(cli: Callable[..., Ran], plan_path: Path, tmp_path: Path) -> None:
+def test_wrong_use_of_acquire(cli: Cli, plan_path: Path, tmp_path: Path) -> None:
     log, session = tmp_path / "run.mcap", tmp_path / "session.yaml"
     session.write_text(EXAMPLE.read_text().replace("cable: 4", "cable: 9"))
     real = tmp_path / "real.yaml"

@@ -17,12 +17,10 @@ import pytest
 
 import cdprcal
 from cdprcal.workspace.table import print_workspace
-from conftest import Ran
+from conftest import Cli
 from robots import altered, polygon_robot
 from test_cli_bad_input import assert_refused
 from test_plan_command import effect, robot_file
-
-Cli = Callable[..., Ran]
 
 
 def workspace_of(cli: Cli, *arguments: object) -> dict[str, Any]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import pickle
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +12,9 @@ import pytest
 
 import cdprcal
 from cdprcal import effect_files
-from conftest import Ran
+from conftest import Cli
 from robots import altered
 
-Cli = Callable[..., Ran]
 CATALOGUE = Path(__file__).resolve().parents[2] / "examples" / "effects" / "catalogue.yaml"
 #: An eccentric drum of a known circumference, which the catalogue does not have.
 DRUM = """\
