@@ -123,8 +123,7 @@ def _records(raw: RawTable, robot: _core.Robot) -> list[Line]:
     columns = tuple(name for name in raw.columns if name != "run")
     if len(columns) != robot.cable_count:
         return []
-    places = np.array([cable.pulley.position_m for cable in robot.cables])
-    size_m = float(np.linalg.norm(places[:, None] - places[None], axis=2).max())
+    size_m = _core.robot_size_m(robot)
     longest = max(float(np.nanmax(raw.columns[name].values)) for name in columns)
     if not (size_m > 0.0 and longest > 0.0):
         return []
