@@ -141,7 +141,7 @@ def answer_of(frame: bytes) -> tuple[bytes, int]:
 
 
 def test_registers_by_position_and_by_address(session: Session) -> None:
-    slaves = [EthercatSlave(SimulatedDrive(w, session), last=False) for w in session.winches]
+    slaves = [EthercatSlave(SimulatedDrive(w), last=False) for w in session.winches]
     # Broadcast read: all count.
     assert answer_of(process_frame(slaves, frame_of(7, 0, 0x0000, b"\0")))[1] == 4
     # By position: the third sees 0 when it starts at -2.
@@ -155,7 +155,7 @@ def test_registers_by_position_and_by_address(session: Session) -> None:
 
 
 def test_the_eeprom_tells_the_identity(session: Session) -> None:
-    slave = EthercatSlave(SimulatedDrive(session.winches[1], session), last=True)
+    slave = EthercatSlave(SimulatedDrive(session.winches[1]), last=True)
     request = (0x0100).to_bytes(2, "little") + (0x0E).to_bytes(4, "little")
     process_frame([slave], frame_of(2, 0, 0x0502, request))
     data, _ = answer_of(process_frame([slave], frame_of(1, 0, 0x0508, bytes(4))))

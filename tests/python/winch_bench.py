@@ -28,7 +28,7 @@ class Bench:
 
     def __init__(self, session: Session) -> None:
         self.session = session
-        self.drives = {winch.node: SimulatedDrive(winch, session) for winch in session.winches}
+        self.drives = {winch.node: SimulatedDrive(winch) for winch in session.winches}
         self.paid_out_m = dict.fromkeys(self.drives, 0.0)
         self.pulls: Callable[[list[float]], list[float]] = lambda out_m: [100.0] * len(out_m)
         self.holds_N: dict[int, float] = {}  #: by the motors' torque, where that is another tension

@@ -53,9 +53,7 @@ class Wired:
         self.session = session
         self.clock = SimulatedClock()
         self.wire = Wire()
-        self.nodes = [
-            DriveNode(SimulatedDrive(winch, session), self.wire.say) for winch in session.winches
-        ]
+        self.nodes = [DriveNode(SimulatedDrive(winch), self.wire.say) for winch in session.winches]
         self.silent: set[int] = set()  #: COB-IDs of answers that get lost
         for node in self.nodes:
             node.send = self._send

@@ -26,7 +26,7 @@ def comparison_as_dict(found: _core.Comparison, robot: _core.Robot) -> dict[str,
     rows = [_number(n, robot.cable_count) for n in found.numbers]
     moved = [row for row in rows if row["moved"]]
     return {
-        "reason": _reason(rows, moved, found.logs),
+        "reason": _reason(rows, moved),
         "logs": list(found.logs),
         "faults": [fault.text for fault in found.faults],
         "numbers": rows,
@@ -39,7 +39,7 @@ def comparison_as_dict(found: _core.Comparison, robot: _core.Robot) -> dict[str,
     }
 
 
-def _reason(rows: list[dict[str, Any]], moved: list[dict[str, Any]], logs: list[str]) -> str:
+def _reason(rows: list[dict[str, Any]], moved: list[dict[str, Any]]) -> str:
     if not rows:
         return "these logs show no effect that could have moved"
     if not moved:

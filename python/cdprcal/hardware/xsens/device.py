@@ -151,7 +151,7 @@ class XsensMti:
 
     def _set_up(self) -> None:
         configuration = self._configuration()
-        self._check_rate(configuration)
+        self._check_rate()
         self._ask(GO_TO_CONFIG)
         self._device_id = self._ask(REQUEST_DEVICE_ID).hex().upper()
         answer = self._ask(OUTPUT_CONFIGURATION, configuration)
@@ -173,7 +173,7 @@ class XsensMti:
         )
         return b"".join(item.to_bytes(2, "big") + rate.to_bytes(2, "big") for item, rate in wanted)
 
-    def _check_rate(self, configuration: bytes) -> None:
+    def _check_rate(self) -> None:
         count = 4 if self._ahrs.output == "quaternion" else 3
         number = mt.NUMBER_BYTES[self._ahrs.precision]
         packet = 5 + (3 + 2) + (3 + 4) + (3 + count * number)

@@ -9,7 +9,7 @@ import numpy as np
 
 from cdprcal import _core
 from cdprcal.results import number, numbers
-from cdprcal.testing.blind_bench.cases import Case, Setting, Split, draw_case
+from cdprcal.testing.blind_bench.cases import Setting, Split, draw_case
 from cdprcal.testing.blind_bench.simulate import Simulated, SimulationError, simulate
 
 
@@ -39,7 +39,7 @@ def run_case(split: Split, seed: int, setting: Setting, number_: int) -> dict[st
         return {**line, "status": "refused", "reason": str(error)}
     line["diagnosis_s"] = round(time.process_time() - begin, 4)
     line["status"] = "diagnosed"
-    line["found"] = _found(diagnosis, simulated, case)
+    line["found"] = _found(diagnosis, simulated)
     return line
 
 
@@ -61,7 +61,7 @@ def _calibrated(simulated: Simulated) -> dict[str, Any]:
     return out
 
 
-def _found(diagnosis: _core.Diagnosis, simulated: Simulated, case: Case) -> dict[str, Any]:
+def _found(diagnosis: _core.Diagnosis, simulated: Simulated) -> dict[str, Any]:
     truth = simulated.initial_pose
     before, after = diagnosis.initial_pose_before, diagnosis.initial_pose_after
     shift = np.asarray(_core.minus(after, before))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.drives.cia402 import State
 from cdprcal.hardware.drives.winch import tension_of_torque_N, torque_counts
-from cdprcal.hardware.session import LoadCell, Session, Swivel, Winch
+from cdprcal.hardware.session import LoadCell, Swivel, Winch
 from cdprcal.hardware.session.objects import object_type, parse_object
 from cdprcal.testing.simulated_devices.object_dictionary import Key, ObjectDictionary
 
@@ -54,7 +54,7 @@ class SimulatedDrive:
     and torque, and on the quick stop ramp; without that the winch stands.
     """
 
-    def __init__(self, winch: Winch, session: Session) -> None:
+    def __init__(self, winch: Winch) -> None:
         self.winch = winch
         self.state = State.switch_on_disabled
         self.velocity_m_s = 0.0  #: of pay-out, commanded to the plant

@@ -59,7 +59,7 @@ class SimulatedPlatform:
                 "of this robot"
             )
         winches = sorted(session.winches, key=lambda winch: winch.cable)
-        self.drives = [SimulatedDrive(winch, session) for winch in winches]
+        self.drives = [SimulatedDrive(winch) for winch in winches]
         self.sensors = sensor_nodes(session)
         self._runs = False
         self._held = self._said = False  # whether the drives are all enabled, and say so
