@@ -86,13 +86,12 @@ def run_with(
     fault: Callable[[RobotSample], None],
     *,
     effects: list[str] | None = None,
-    wrap: Callable[[LiveLog], LiveLog] = lambda log: log,
     **options: Any,
 ) -> tuple[Acquired, Tampered]:
     startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
     backend = Tampered(hung(robot, plan, startup, effects or []), fault)
     inputs = AcquisitionInputs(cdprcal.to_yaml(robot), cdprcal.format_plan(plan), backend.settings)
-    log = wrap(open_live_log(path, robot.cable_count, inputs, 10.0))
+    log = open_live_log(path, robot.cable_count, inputs, 10.0)
     return acquire(startup, backend, log, **options), backend
 
 

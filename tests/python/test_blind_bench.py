@@ -90,7 +90,7 @@ def test_errors_of_whole_poses_do_not_show_as_ripple() -> None:
     assert ripple[1] < 0.3 * ripple[0]
 
 
-def spoilt(signal: str, rows: int = 20_000, sigma: float = 0.1) -> Recording:
+def spoilt(signal: str, rows: int = 20_000) -> Recording:
     """Constant readings of two cables at two places in turn, with the errors of a signal."""
     time_s = np.linspace(0.0, 0.01 * (rows - 1), rows)
     names = ("length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad")
@@ -100,7 +100,7 @@ def spoilt(signal: str, rows: int = 20_000, sigma: float = 0.1) -> Recording:
         position_m=np.where((np.arange(rows) % 2)[:, None], [0.1, 0.2, 0.3], [-0.4, 0.2, 0.1]),
         tension_setpoint_N=np.ones((rows, 2)),
         rests_s=[(1.0, 3.0), (5.0, 9.0)],
-        scale=dict.fromkeys(names, sigma),
+        scale=dict.fromkeys(names, 0.1),
         quantum=dict.fromkeys(names, 0.3),
         turn=2.0 * np.pi,
         size_m=1.0,

@@ -19,14 +19,14 @@ from cdprcal.sensors import LOG_GROUPS
 ARRAYS = ("time_s", *LOG_GROUPS)
 
 
-def write(path: Path, *topics: list[object], encoding: str = "json") -> Path:
+def write(path: Path, *topics: list[object]) -> Path:
     """An MCAP file with one channel a list of messages."""
     with path.open("wb") as stream:
         writer = Writer(stream)
         writer.start()
         for number, messages in enumerate(topics):
             schema = writer.register_schema("any", "jsonschema", b"{}")
-            channel = writer.register_channel(f"/topic{number}", encoding, schema)
+            channel = writer.register_channel(f"/topic{number}", "json", schema)
             for i, message in enumerate(messages):
                 data = message if isinstance(message, bytes) else json.dumps(message).encode()
                 writer.add_message(channel, i, data, i)

@@ -305,10 +305,10 @@ def assert_said(robot: Robot, pose: Pose) -> None:
             assert np.isfinite(model.by_twist).all()
 
 
-def pose_of_anchor(robot: Robot, pose: Pose, q_m: Floats, cable: int = 0) -> Pose:
-    """The pose, moved so that a cable's anchor is at this place relative to its pulley."""
-    target = robot.cables[cable].pulley.position_m + q_m
-    arm = pose.rotation @ robot.cables[cable].platform_anchor_m
+def pose_of_anchor(robot: Robot, pose: Pose, q_m: Floats) -> Pose:
+    """The pose, moved so that the first anchor is at this place relative to its pulley."""
+    target = robot.cables[0].pulley.position_m + q_m
+    arm = pose.rotation @ robot.cables[0].platform_anchor_m
     return Pose(target - arm, pose.rotation)
 
 

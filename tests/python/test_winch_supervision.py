@@ -270,13 +270,13 @@ def test_after_a_change_of_mode_all_begins_again() -> None:
 # --- still readings ------------------------------------------------------------------------------
 
 
-def moving(still: Still, times: int = 30, pause_m: float = 0.01) -> float:
+def moving(still: Still) -> float:
     """Readings of two cables change as these run; the path so far."""
-    for k in range(times):
-        still.push(pause_m * k, [10 * k, -10 * k])
+    for k in range(30):
+        still.push(0.01 * k, [10 * k, -10 * k])
         assert not still.stuck(0)
         assert not still.stuck(1)
-    return pause_m * (times - 1)
+    return 0.01 * 29
 
 
 @pytest.mark.parametrize("flicker", [0, 1, -1])

@@ -100,14 +100,14 @@ def _sensor_entries(winch: Winch) -> Iterable[tuple[int, Entry]]:
             yield sensor.node or winch.node, entry
 
 
-def split_into_pdos(entries: Sequence[Entry], bits: int = _PDO_BITS) -> list[list[Entry]]:
+def split_into_pdos(entries: Sequence[Entry]) -> list[list[Entry]]:
     """Entries in order, as many in a PDO as fit."""
     pdos: list[list[Entry]] = []
     room = 0
     for entry in entries:
         if entry.bits > room:
             pdos.append([])
-            room = bits
+            room = _PDO_BITS
         pdos[-1].append(entry)
         room -= entry.bits
     return pdos
