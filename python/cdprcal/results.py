@@ -51,6 +51,12 @@ def pose_as_dict(pose: _core.Pose, convention: _core.EulerConvention) -> dict[st
     }
 
 
+def truth_text(robot: _core.Robot, poses: Iterable[tuple[float, _core.Pose]]) -> str:
+    """The file of ``--truth``: what the pose really was at each time [s]."""
+    rows = [{"time_s": t} | pose_as_dict(pose, robot.euler_convention) for t, pose in poses]
+    return strict_json({"poses": rows})
+
+
 def calibration_as_dict(
     robot: _core.Robot,
     calibration: _core.Calibration,

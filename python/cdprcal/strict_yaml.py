@@ -17,6 +17,7 @@ from ruamel.yaml.error import MarkedYAMLError
 
 from cdprcal._core import InputError
 from cdprcal.io.files import read_bytes, refuse_utf_16, shown_path
+from cdprcal.io.json_document import dotted
 
 #: Eight winches with comments have a tenth of it; the reader takes a second for it.
 _MOST_BYTES = 64 << 10
@@ -220,12 +221,8 @@ def _message(error: Any, place: Sequence[str | int]) -> str:
 
 
 def _dotted(where: Sequence[str | int]) -> str:
-    text = ""
-    for step in where:
-        if step in ("canopen", "ethercat"):
-            continue  # the tag of a union
-        text += f"[#{step + 1}]" if isinstance(step, int) else f".{step}"
-    return text.lstrip(".")
+    tags = ("canopen", "ethercat")  # of a union
+    return dotted(step for step in where if step not in tags)
 
 
 def _one_line(text: str) -> str:

@@ -26,6 +26,7 @@ from cdprcal.acquisition.told import Told, settled, told_by
 from cdprcal.check import caveats_with_log
 from cdprcal.findings import Finding
 from cdprcal.io.loaded import LogFile
+from cdprcal.results import number
 from cdprcal.trust import against_pose, worst_sigma
 
 
@@ -59,8 +60,8 @@ class Estimate:
             "trusted": self.trusted,
             "position_m": None if known is None else [float(v) for v in known.position_m],
             "rotation": None if known is None else known.rotation.tolist(),
-            "position_sigma_m": _number(self.position_sigma_m),
-            "rotation_sigma_rad": _number(self.rotation_sigma_rad),
+            "position_sigma_m": number(self.position_sigma_m),
+            "rotation_sigma_rad": number(self.rotation_sigma_rad),
             "reached": self.reached,
             "in_motion": self.in_motion,
             "caveats": [caveat.code for caveat in self.caveats],
@@ -454,7 +455,3 @@ class _Rows:
             if name != "time_s" and np.isfinite(data[:, columns]).any()
         }
         return _core.Log(time_s=data[:, 0], **groups)
-
-
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None

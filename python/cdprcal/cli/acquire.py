@@ -190,7 +190,8 @@ def command(
     from cdprcal.io.files import refuse_unwritable, shown_path, write_text
     from cdprcal.io.log_file import is_mcap_name
     from cdprcal.io.replacing import check_ending, may_replace
-    from cdprcal.results import strict_json
+    from cdprcal.io.result_file import cdprcal_version
+    from cdprcal.results import truth_text
 
     if backend not in BACKENDS:
         fail(f"--backend: {backend!r} is not one of {', '.join(BACKENDS)}")
@@ -272,7 +273,7 @@ def command(
         "corridor_m": pose_guard.margin_m,
         "floor_m": floor_m,
         "log_rate_Hz": rate_hz,
-        "version": _version(),
+        "version": cdprcal_version(),
     }
     inputs = AcquisitionInputs(_core.to_yaml(the_robot), plan_text, settings)
     try:
@@ -346,7 +347,7 @@ def command(
     else:
         monitor.print_end(run, robot, guide)
     if truth:  # at last: how the run ended is said whatever becomes of this file
-        write_text(Path(truth), strict_json({"poses": truth_rows(the_robot, poses)}))
+        write_text(Path(truth), truth_text(the_robot, poses))
     raise typer.Exit(exit_code(run, guide, asked))
 
 
@@ -374,21 +375,3 @@ def run_as_dict(run: Acquired, plan: _core.Plan, log: str) -> dict[str, object]:
         ],
         "setpoints": 1 + plan.measured_count,
     }
-
-
-def truth_rows(
-    robot: _core.Robot, poses: list[tuple[float, _core.Pose]]
-) -> list[dict[str, object]]:
-    """True poses as ``generate --truth`` writes them."""
-    from cdprcal.results import pose_as_dict
-
-    return [{"time_s": t} | pose_as_dict(pose, robot.euler_convention) for t, pose in poses]
-
-
-def _version() -> str:
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version("cdprcal")
-    except PackageNotFoundError:
-        return "unknown"

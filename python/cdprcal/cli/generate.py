@@ -77,7 +77,7 @@ def command(
     from cdprcal.io.files import write_text
     from cdprcal.io.log_file import is_mcap_name
     from cdprcal.planning.start_up import stops_of
-    from cdprcal.results import pose_as_dict, strict_json
+    from cdprcal.results import truth_text
     from cdprcal.terminal import answers, counted, say
 
     for option, value in (("--rate-hz", rate_hz), ("--dwell-s", dwell_s)):
@@ -106,11 +106,8 @@ def command(
     made = _core.synthetic_log(the_robot, setpoints, options, poses if held else [])
     save_log(with_sensors(made.log, groups), output)
     if truth:
-        documents = [
-            {"time_s": time} | pose_as_dict(pose, the_robot.euler_convention)
-            for time, pose in zip(made.log.time_s.tolist(), made.poses, strict=True)
-        ]
-        write_text(Path(truth), strict_json({"poses": documents}))
+        truly = zip(made.log.time_s.tolist(), made.poses, strict=True)
+        write_text(Path(truth), truth_text(the_robot, truly))
     say(
         answers(),
         f"{output}: {len(made.log)} samples, "

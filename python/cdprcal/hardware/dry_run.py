@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from cdprcal._core import RobotSample
 from cdprcal.hardware.drives.backend import FieldbusBackend
+from cdprcal.results import number
 
 
 def dry_run(
@@ -42,10 +42,10 @@ def readings(backend: FieldbusBackend, sample: RobotSample) -> dict[str, Any]:
                 "statusword": state.statusword,
                 "error_code": state.error_code,
                 "position_counts": state.position_counts,
-                "length_m": _number(state.length_m),
-                "swivel_rad": _number(state.swivel_rad),
+                "length_m": number(state.length_m),
+                "swivel_rad": number(state.swivel_rad),
                 "load_cell_counts": state.load_cell_counts,
-                "tension_N": _number(state.tension_N),
+                "tension_N": number(state.tension_N),
             }
         )
     angles = sample.roll_pitch_yaw_rad
@@ -58,7 +58,3 @@ def readings(backend: FieldbusBackend, sample: RobotSample) -> dict[str, Any]:
         "devices": backend.settings["drives"],
         "ahrs": backend.settings["ahrs"],
     }
-
-
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -56,9 +56,7 @@ def open_port(ahrs: Ahrs) -> Port:
     try:
         return serial.Serial(ahrs.port, ahrs.baudrate_bit_s, timeout=_READ_S, exclusive=True)
     except (OSError, ValueError) as error:
-        raise BackendError(
-            f"AHRS: {' '.join(str(error).split())}; check ahrs.port and its cable"
-        ) from None
+        raise _unreachable(error) from None
 
 
 class XsensMti:
@@ -92,9 +90,7 @@ class XsensMti:
         try:
             data = self._port.read(self._port.in_waiting) if self._port.in_waiting else b""
         except OSError as error:
-            raise BackendError(
-                f"AHRS: {' '.join(str(error).split())}; check ahrs.port and its cable"
-            ) from None
+            raise _unreachable(error) from None
         if data:
             for frame in self._reader.feed(data):
                 self._take(frame, now_s)
@@ -106,9 +102,7 @@ class XsensMti:
 
     def _take(self, frame: Frame, now_s: float) -> None:
         if frame.mid == ERROR:
-            raise BackendError(
-                f"AHRS: {_error(frame.data)}; switch it off and on, or see its manual"
-            )
+            raise _complaint(frame.data)
         if frame.mid != mt.MID:
             return
         measurement = mt.parse(frame.data)
@@ -206,20 +200,21 @@ class XsensMti:
                         if frame.mid == mid + 1:
                             return frame.data
                         if frame.mid == ERROR:
-                            raise BackendError(
-                                f"AHRS: {_error(frame.data)}; switch it off and on, or "
-                                "see its manual"
-                            )
+                            raise _complaint(frame.data)
             except OSError as error:
-                raise BackendError(
-                    f"AHRS: {' '.join(str(error).split())}; check ahrs.port and its cable"
-                ) from None
+                raise _unreachable(error) from None
         raise BackendError(
             f"AHRS on {self._ahrs.port}: does not answer at {self._ahrs.baudrate_bit_s} bit/s; "
             "look at its power, the port and ahrs.baudrate_bit_s"
         )
 
 
-def _error(data: bytes) -> str:
+def _unreachable(error: Exception) -> BackendError:
+    return BackendError(f"AHRS: {' '.join(str(error).split())}; check ahrs.port and its cable")
+
+
+def _complaint(data: bytes) -> BackendError:
+    """What an error of the device means."""
     code = data[0] if data else 0
-    return _ERRORS.get(code, f"error 0x{code:02X}")
+    said = _ERRORS.get(code, f"error 0x{code:02X}")
+    return BackendError(f"AHRS: {said}; switch it off and on, or see its manual")
