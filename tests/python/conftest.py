@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import subprocess
+import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from copy import copy
@@ -24,6 +25,9 @@ from robots import small_plan
 
 # An environment from before they were dependencies: test_session.py says so, the others go on.
 collect_ignore_glob = [] if find_spec("canopen") else ["test_winch*.py", "test_rosbag*.py"]
+
+# Some tests run a study in short.
+sys.path.append(str(Path(__file__).resolve().parents[1] / "studies"))
 
 # What commands print must not depend on who runs the tests.
 os.environ["LC_ALL"] = "C.UTF-8"
@@ -49,6 +53,11 @@ class Ran:
     code: int
     stdout: str
     stderr: str
+
+    def document(self, code: int = 0) -> Any:
+        """What it said with --json; holds that it ended with this exit code."""
+        assert self.code == code, self
+        return json.loads(self.stdout)
 
     def refused(self, *words: str) -> None:
         """Holds that it was wrong use, and that stderr has these words."""

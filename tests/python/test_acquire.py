@@ -308,8 +308,7 @@ def test_a_log_alone_is_enough_to_solve_and_to_run_again(
     effects = ("--effect", "load_cell_bias=1,-1,2,0", "--effect", "mass=0.05")
     ran = cli("acquire", "irma4", plan_path, "--seed", 5, *effects, "--quick", "-o", path,
               "--truth", truth, "--json")  # fmt: skip
-    assert ran.code == 0, ran.stderr
-    document = json.loads(ran.stdout)
+    document = ran.document()
     assert document["state"] == "done"
     assert document["setpoints"] == len(document["rests"]) == 4
     inputs = read_inputs(path)

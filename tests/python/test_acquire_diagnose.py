@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -60,8 +59,7 @@ def test_a_run_ends_when_the_effect_is_known(cli: Cli, plan: Path, tmp_path: Pat
     log = tmp_path / "run.csv"
     hidden = ("--effect", "load_cell_bias=6,-5,14,-8", "--seed", "3")
     ran = cli("acquire", "irma4", plan, *hidden, "--quick", "--diagnose", "--json", "-o", log)
-    assert ran.code == 0, ran.stderr
-    document = json.loads(ran.stdout)
+    document = ran.document()
     assert "no rival is left" in document["settled"]
     last = document["estimates"][-1]["diagnosis"]
     assert [effect["name"] for effect in last["effects"]] == ["load_cell_bias"]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import itertools
 import json
 import re
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
+import edits
 import numpy as np
 import pytest
 from scipy.stats import binom
@@ -20,10 +20,6 @@ from cdprcal.studies.variants import vary
 from cdprcal.trust import BY_EYE, CLAIM, FALSE_ALARMS, _unbalanced, caveats_of, worst_sigma
 from conftest import Cli
 from conftest import changed as edited
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
-
-import edits
 
 
 def synthetic(robot: cdprcal.Robot, seed: int, noise: float = 0.1) -> cdprcal.SyntheticLog:

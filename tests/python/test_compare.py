@@ -27,9 +27,7 @@ def logs(robot: cdprcal.Robot, tmp_path_factory: pytest.TempPathFactory) -> list
 
 
 def test_one_cell_moved_by_so_much_before_the_last_run(cli: Cli, logs: list[Path]) -> None:
-    ran = cli("compare", "irma4", *logs, "--json")
-    assert ran.code == 0, ran.stderr
-    document = json.loads(ran.stdout)
+    document = cli("compare", "irma4", *logs, "--json").document()
     moved = [row for row in document["numbers"] if row["moved"]]
     assert [(row["effect"], row["of"]) for row in moved] == [("load_cell_bias", "cable 3")]
     (row,) = moved

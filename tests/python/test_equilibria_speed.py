@@ -5,17 +5,13 @@ pytest tests/python/test_equilibria_speed.py --benchmark-columns=min,median,roun
 
 from __future__ import annotations
 
-import sys
 import time
-from pathlib import Path
 from typing import Any
 
 import pytest
+from peers_equilibria import NumpyRobot, inverse_by_cdprcal, inverse_by_fsolve, line
 
 import cdprcal
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
-from peers_equilibria import NumpyRobot, inverse_by_cdprcal, inverse_by_fsolve, line
 
 POINTS = 200
 LINE = line(POINTS)

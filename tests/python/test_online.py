@@ -5,13 +5,13 @@ from __future__ import annotations
 import itertools
 import json
 import math
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import stopping
 
 import cdprcal
 from cdprcal import CalibrateOptions, CalibrationStatus, InputError, Method
@@ -28,9 +28,6 @@ from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import load_log
 from cdprcal.studies import Workers
 from conftest import TABLE_II_TENSIONS_N, Cli, changed
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
-import stopping
 
 PERIOD_S = 8.0  # of one rest and one move
 
@@ -274,8 +271,7 @@ def test_until(cli: Cli, plan: cdprcal.Plan, tmp_path: Path) -> None:
     path, log = tmp_path / "plan.csv", tmp_path / "run.csv"
     path.write_text(cdprcal.format_plan(plan))
     ran = cli("acquire", "irma4", path, "-o", log, "--until", "1.5mm,0.1deg", "--seed", 3, "--json")
-    assert ran.code == 0, ran.stderr
-    document = json.loads(ran.stdout)
+    document = ran.document()
     assert document["asked"]["reached"]
     last = document["estimates"][-1]
     assert last["reached"]
@@ -350,8 +346,7 @@ def test_until_goes_on_while_something_speaks_against_the_pose(
         *("acquire", "irma4", default_plan, "-o", log, "--json", "--seed", 2),
         *("--until", "10mm,1deg", "--effect", "frame_anchors=0.01,0,0,0,0,0,0,0,0,0,0,0"),
     )
-    assert ran.code == 3, ran.stderr
-    document = json.loads(ran.stdout)
+    document = ran.document(3)
     assert not document["asked"]["reached"]
     assert document["state"] == "done"
     assert len(document["rests"]) == document["setpoints"]  # all of the plan
@@ -427,8 +422,7 @@ def test_a_run_in_motion_is_diagnosed_on_its_way(
     path = tmp_path / "run.csv"
     ran = cli("acquire", "irma4", default_plan, "--motion", "--diagnose", "--seed", 4,
               "--effect", "centre_of_mass=0.01,0.01,0", "-o", path, "--json")  # fmt: skip
-    assert ran.code == 0, ran.stderr
-    document = json.loads(ran.stdout)
+    document = ran.document()
     assert document["state"] == "done"
     told = [e["diagnosis"] for e in document["estimates"] if "diagnosis" in e]
     assert [effect["name"] for effect in told[-1]["effects"]] == ["centre_of_mass"]

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
-import pytest
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
 import peers
+import pytest
 from peers_data import BlockLinearisation, Outcome, make_case, ours
 
 import cdprcal

@@ -23,9 +23,7 @@ from test_cli_bad_input import assert_refused
 
 
 def plan_of(cli: Cli, *arguments: object) -> dict[str, Any]:
-    ran = cli("plan", *arguments, "--json")
-    assert ran.code == 0, ran.stderr
-    document: dict[str, Any] = json.loads(ran.stdout)
+    document: dict[str, Any] = cli("plan", *arguments, "--json").document()
     return document
 
 

@@ -191,9 +191,7 @@ def test_a_bag_of_rosbags_calibrates(
     for name in ("length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad"):
         np.testing.assert_allclose(getattr(read, name), getattr(synthetic.log, name), atol=1e-9)
     without_setpoints = changed(synthetic.log, tension_setpoint_N=None)
-    ran = cli("calibrate", "irma4", out, "--json")
-    assert ran.code == 0, ran.stderr
-    found = json.loads(ran.stdout)["initial_pose"]["position_m"]
+    found = cli("calibrate", "irma4", out, "--json").document()["initial_pose"]["position_m"]
     wanted = cdprcal.calibrate(robot, without_setpoints).result.poses[0].position_m
     np.testing.assert_allclose(found, wanted, atol=1e-6)
 

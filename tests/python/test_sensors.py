@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 from pathlib import Path
 
 import numpy as np
@@ -235,9 +234,7 @@ def test_by_command(cli: Cli, tmp_path: Path) -> None:
     header = log.read_text().splitlines()[0]
     assert "position_x_m" in header
     assert "swivel_1_rad" not in header
-    ran = cli("calibrate", "irma4", log, "--json", "--method", "kinematic")
-    assert ran.code == 0, ran.stderr
-    document = json.loads(ran.stdout)
+    document = cli("calibrate", "irma4", log, "--json", "--method", "kinematic").document()
     assert document["residual_rms"]["position_m"] < 2e-3
     assert "direct_length_m" not in document["residual_rms"]
     assert "position" in document["noise"]

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
+import interrupted
 import numpy as np
 import pytest
+import startup
 
 import cdprcal
 from cdprcal.io import load_run
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
-import interrupted
-import startup
 
 
 @pytest.mark.parametrize("name", ["irma4", "ring3", "ring5"])

@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import estimator
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -29,9 +30,6 @@ from cdprcal.studies import (
     workspaces,
 )
 from cdprcal.studies.__main__ import app
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
-import estimator
 
 SERIAL = Workers(jobs=1)
 SEEDS = range(1, 5)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
+import estimator
 import numpy as np
 import pytest
 
@@ -13,9 +13,6 @@ from cdprcal import CalibrateOptions, CalibrationStatus, Method, NoiseSource
 from cdprcal.studies import Workers
 from conftest import TABLE_II_TENSIONS_N, changed
 from robots import altered
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "studies"))
-import estimator
 
 TRUE_NOISE = 0.1  # of eq. 18
 

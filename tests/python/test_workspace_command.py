@@ -24,9 +24,7 @@ from test_plan_command import effect, robot_file
 
 
 def workspace_of(cli: Cli, *arguments: object) -> dict[str, Any]:
-    ran = cli("workspace", *arguments, "--json")
-    assert ran.code == 0, ran.stderr
-    document: dict[str, Any] = json.loads(ran.stdout)
+    document: dict[str, Any] = cli("workspace", *arguments, "--json").document()
     return document
 
 
@@ -286,9 +284,7 @@ def test_ctrl_c_leaves_what_was_found(
 
     monkeypatch.setattr("cdprcal.cli.progress.progress_bar", bar_with_ctrl_c)
     path = tmp_path / "part.ply"
-    ran = cli("workspace", "irma4", "-o", path, "--json")
-    assert ran.code == 1
-    document = json.loads(ran.stdout)
+    document = cli("workspace", "irma4", "-o", path, "--json").document(1)
     assert not document["complete"]
     assert 0 < document["points_inside"] < 30_000  # the whole has 40,000
     assert max(shown) < 0.5

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import pickle
 import time
 from pathlib import Path
@@ -173,8 +172,7 @@ def test_commands_take_a_file(cli: Cli, tmp_path: Path, robot: cdprcal.Robot) ->
     wide = ["--corridor-m", 0.3]
     assert cli("acquire", "irma4", plan, "--seed", 3, *hidden, *wide, "-o", log).code == 0
     ran = cli("diagnose", "irma4", log, "--effects", mine, "-o", corrected, "--json")
-    assert ran.code == 0, ran.stderr
-    (effect,) = json.loads(ran.stdout)["effects"]
+    (effect,) = ran.document()["effects"]
     assert effect["name"] == "round_drum"
     assert effect["formula"]["length_m"].startswith("sine_m * sin(2 * pi * length_m / 0.3)")
     assert effect["units"] == {"sine_m": "m", "cosine_m": "m"}
