@@ -40,6 +40,7 @@ namespace {
 /// (L Lᵀ)⁻¹ times some columns.
 template <typename Matrix, typename Columns>
 Columns twice_solved(const Matrix& lower, Columns columns) {
+  if (columns.size() == 0) return columns;  // Eigen binds to their first
   lower.template triangularView<Eigen::Lower>().solveInPlace(columns);
   lower.template triangularView<Eigen::Lower>().adjoint().solveInPlace(columns);
   return columns;

@@ -263,9 +263,14 @@ class Writer {
     // What goes round on a drum is read by the drum's encoder.
     if (v.nature == Nature::drum && channel.target == std::string_view(v.name)) {
       constexpr double kShortest_m = 0.05;  // a drum of 8 mm radius, on irma4
+      constexpr double kMostTurns = 1000.0;
       const double shortest_m = kShortest_m * times_reference(Yardstick::frame, model_.robot);
+      // No cable of this frame travels so far: the lengths are of another unit.
+      const bool is_travel = range < kMostTurns * shortest_m;
       const double step = 1.0 / (4.0 * range);
-      for (double f = 0.5 / range; f < 1.0 / shortest_m; f += step) sine(channel, c, 1.0 / f);
+      for (double f = 0.5 / range; is_travel && f < 1.0 / shortest_m; f += step) {
+        sine(channel, c, 1.0 / f);
+      }
     } else if (v.nature == Nature::place && !channel.per_cable) {  // a field from place to place
       for (const double waves : {0.5, 0.75, 1.0, 1.5, 2.0}) sine(channel, c, range / waves);
     }

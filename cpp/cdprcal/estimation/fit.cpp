@@ -251,12 +251,27 @@ void start_noise(DiagnosisModel& model, const Signals& signals) {
 
 namespace {
 
+/// What the robot file says of a group's noise, in the units of NoiseLevels.
+double specified_level(const NoiseModel& specified, std::size_t group) {
+  const std::size_t channel = group % kRestGroups;
+  const bool relative = channel == static_cast<std::size_t>(Channel::balance);
+  return relative ? 1.0 : specified.channel[channel].pose;
+}
+
+/// Where less than one degree of freedom is left the robot file speaks for the missing part: an
+/// earlier model, of fewer effects, may have left any level. By ratios, since it may be far wider
+/// than what the readings bear out.
 double take_noise(const ChannelSums& sums, DiagnosisModel& model) {
+  const NoiseModel specified = specified_noise(model.robot.sigma);
   double change = 0.0;
   for (std::size_t c = 0; c < kNoiseGroups; ++c) {
-    if (sums.freedom[c] < 1.0) continue;  // too few rows to say anything: keep what was assumed
-    const double factor = std::sqrt(sums.squares[c] / sums.freedom[c]);
-    const double level = std::max(model.floor[c], model.noise[c] * factor);
+    const double freedom = sums.freedom[c];
+    if (!(freedom > 0.0)) continue;  // no rows
+    const double known = std::min(1.0, freedom);
+    const double estimate = model.noise[c] * std::sqrt(sums.squares[c] / freedom);
+    const double level =
+        std::max(model.floor[c],
+                 std::pow(estimate, known) * std::pow(specified_level(specified, c), 1.0 - known));
     change = std::max(change, std::abs(std::log(level / model.noise[c])));
     model.noise[c] = level;
   }

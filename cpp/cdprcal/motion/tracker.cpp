@@ -34,6 +34,8 @@ constexpr double kAnySpeed_m_s = 1.0, kAnyAcceleration_m_s2 = 10.0, kAnyJerk = 1
                  kLikelyJerk = 1.0;
 /// The share of the robot's size, and the angle [rad], from which on a pose is not determined.
 constexpr double kVagueShift = 0.05, kVagueTurn = 0.2;
+/// Sensors that are read in turn determine a pose together within this time.
+constexpr double kSaidLately_s = 0.3;
 constexpr int kMostIterations = 30;
 /// Readings are held against one another as they are in the mean over a moment, and over longer
 /// than a swing; not at every sample.
@@ -141,8 +143,8 @@ void Tracker::leave_out_held() {
         const Channel channel = channel_of(channels.front());
         if (channel == Channel::balance) return;  // tells what is slack, and no more
         const auto c = static_cast<std::size_t>(channel);
-        if (offsets_.is_held[c]) {
-          if (std::ranges::equal(now, last, same)) std::ranges::fill(now, kNaN);
+        if (offsets_.is_held[c] && std::ranges::equal(now, last, same)) {
+          std::ranges::fill(now, kNaN);
           return;
         }
         repeated.resize(now.size());
@@ -549,10 +551,49 @@ void Tracker::follow_directions() {
   turn_over(readings_.model.swivel_rad, kTurnOver_rad, swivel_rad_, swivel_turn_);
 }
 
-bool Tracker::is_vague() const {
-  const Vector6 variance = covariance_.diagonal().head<6>();
+bool Tracker::is_vague(const Vector6& variance) const {
   return !(std::sqrt(variance.head<3>().maxCoeff()) < kVagueShift * size_m_ &&
            std::sqrt(variance.tail<3>().maxCoeff()) < kVagueTurn);
+}
+
+/// What the readings of late say of the pose by themselves.
+bool Tracker::is_determined() {
+  const double kept = step_.starts || !(dt_s_ < kGap_s) ? 0.0 : std::exp(-dt_s_ / kSaidLately_s);
+  Vector6 scale;
+  scale << Vector3::Constant(size_m_), Vector3::Ones();
+  Matrix6 now = Matrix6::Zero();
+  for (Eigen::Index row = 0; row < innovation_.size(); ++row) {
+    const KnownOffsets::Row& known = offsets_.rows[static_cast<std::size_t>(row)];
+    if (known.inertial || !std::isfinite(innovation_[row])) continue;
+    const Vector6 by_pose = scale.cwiseProduct(readings_.by_pose.row(known.reading).transpose());
+    now += by_pose * by_pose.transpose() /
+           (offsets_.covariance(row, row) + offsets_.sample_variance[row]);
+  }
+  said_ = kept * said_ + (1.0 - kept) * now;
+  constexpr double kNothing = 1e-6;  // singular where nothing is said
+  const Matrix6 known = free_.of_stiffness(said_) + kNothing * Matrix6::Identity();
+  const Matrix6 covariance = free_.of_square(known.inverse());
+  return !is_vague(covariance.diagonal().cwiseProduct(scale.cwiseAbs2()));
+}
+
+/// A filter that lost one direction linearises about a pose that is far off there, and what it then
+/// takes for information about that direction is none (Huang, Mourikis and Roumeliotis 2010). A
+/// pose that was left open is found anew, from nothing, once readings determine it by themselves.
+void Tracker::watch_open() {
+  const bool vague = is_vague(covariance_.diagonal().head<6>());
+  if (vague && !left_open_) {
+    left_open_ = true;
+    anew_ = false;
+    said_.setZero();
+  }
+  if (!left_open_) return;
+  if (!is_determined()) {
+    anew_ = anew_ && step_.starts;
+  } else if (!anew_ && !step_.starts) {
+    lost_ = anew_ = true;
+  } else {
+    left_open_ = vague;
+  }
 }
 
 void Tracker::judge(bool corrected) {
@@ -593,7 +634,8 @@ void Tracker::judge(bool corrected) {
     now_.reason = printed("the readings contradict one another for %.1f s", quarrels_for_s_);
     return;
   }
-  now_.trusted = !is_vague();
+  watch_open();
+  now_.trusted = !left_open_;
   // One reading may be a spike; of a motion that several contradict nobody should make more.
   step_.agrees = now_.trusted && std::ranges::count(disagrees_, true) < 2;
   now_.reason.clear();

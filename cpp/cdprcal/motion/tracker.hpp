@@ -89,7 +89,9 @@ class Tracker {
   [[nodiscard]] Vector6 pose_sigma() const {
     return covariance_.diagonal().head<6>().cwiseMax(0.0).cwiseSqrt();
   }
-  [[nodiscard]] bool is_vague() const;
+  [[nodiscard]] bool is_vague(const Vector6& variance) const;
+  bool is_determined();
+  void watch_open();
   bool evaluate_now();
   bool correct();
   bool update(const std::vector<Reading>& readings);
@@ -143,9 +145,12 @@ class Tracker {
   ReadingVector innovation_;  ///< size of each, NaN where nothing was read
   Agreement agreement_;
   std::vector<bool> disagrees_, disagreed_;  ///< rows: in this sample, and of late
-  bool quarrels_ = false;        ///< of late no pose had the readings, whichever is wrong
-  double quarrels_for_s_ = 0.0;  ///< so far
-  double compared_s_ = kNaN;     ///< when the means of late were last held against one another
+  bool quarrels_ = false;           ///< of late no pose had the readings, whichever is wrong
+  double quarrels_for_s_ = 0.0;     ///< so far
+  double compared_s_ = kNaN;        ///< when the means of late were last held against one another
+  bool anew_ = false;               ///< found from nothing since
+  bool left_open_ = false;          ///< since the readings left it so
+  Matrix6 said_ = Matrix6::Zero();  ///< of the pose, by the readings of late alone: a mean
   Contradictions contradictions_;
   LateSensors lateness_;
   std::optional<LateSensor> known_late_;

@@ -21,8 +21,8 @@ struct FreshRows {
 /// where it was due.
 FreshRows fresh_rows(const LogMatrix& readings, const SampleRange& range);
 
-/// The log with straight lines between the fresh readings of held sensors, so that all columns of a
-/// row are of one time, also while the platform moves; longer gaps stay as they are. Nothing where
+/// The log with cubics between the fresh readings of held sensors, so that all columns of a row are
+/// of one time, also while the platform moves; longer gaps stay as they are. Nothing where
 /// no sensor is held.
 std::optional<Log> without_holds(const Log& log);
 

@@ -615,7 +615,7 @@ TEST(NoiseEstimate, HasSettledAfterAFitWithIt) {
   EXPECT_LT(estimate_noise(model), 0.02);
 }
 
-TEST(NoiseEstimate, WithLessThanOneDegreeOfFreedomWhatWasAssumedStands) {
+TEST(NoiseEstimate, WithLessThanOneDegreeOfFreedomTheRobotFileSpeaksForTheRest) {
   DiagnosisModel model = test::few_readings();
   model.noise[1] *= 3.0;
   model.noise[3] *= 3.0;
@@ -626,7 +626,10 @@ TEST(NoiseEstimate, WithLessThanOneDegreeOfFreedomWhatWasAssumedStands) {
   ASSERT_GE(freedom[3], 1.0);
   ASSERT_LT(freedom[3], 2.0);
   estimate_noise(model);
-  EXPECT_EQ(model.noise[1], before[1]);
+  ASSERT_GT(freedom[1], 0.0);
+  const double swivel = std::pow(before[1] * std::sqrt(squares[1] / freedom[1]), freedom[1]) *
+                        std::pow(model.robot.sigma.swivel_rad, 1.0 - freedom[1]);
+  EXPECT_NEAR(model.noise[1], std::max(model.floor[1], swivel), 1e-6 * swivel);
   const double yaw = std::max(model.floor[3], before[3] * std::sqrt(squares[3] / freedom[3]));
   EXPECT_NEAR(model.noise[3], yaw, 1e-6 * yaw);
   EXPECT_NE(model.noise[3], before[3]);

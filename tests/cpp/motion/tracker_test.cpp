@@ -329,6 +329,37 @@ TEST(Tracker, ReadsNoSensorThatIsStuck) {
   EXPECT_TRUE(stuck.samples.back().trusted) << stuck.samples.back().reason;
 }
 
+TEST(Tracker, ReadsNoColumnThatIsStuckBesideOthersThatAreHeld) {
+  const Robot robot = load_robot("irma4");
+  StartUpRunOptions options;
+  options.simulator.sensors.roll_pitch_rad.rate_Hz = 25.0;
+  options.simulator.sensors.yaw_rad.rate_Hz = 25.0;
+  const StartUpRun run = simulated(robot, 100.0, 10, options);
+  const Calibration calibration = calibrate(robot, run.log);
+  Log log = run.log;
+  const Eigen::Index row = log.sample_count() / 3;
+  log.roll_pitch_yaw_rad.col(0).segment(row, row).setConstant(log.roll_pitch_yaw_rad(row, 0));
+  const Track stuck = track(calibration, log);
+  EXPECT_LE(silently_wrong_s(stuck.samples, run.truth), 0.1);
+  EXPECT_TRUE(stuck.samples.back().trusted) << stuck.samples.back().reason;
+}
+
+TEST(Tracker, APoseThatWasLeftOpenIsClosedByReadingsThatDetermineIt) {
+  for (const std::uint64_t seed : {3U, 5U, 8U}) {
+    const StartUpRun run = simulated(ring_robot(3), 100.0, seed);
+    const Calibration calibration = calibrate(ring_robot(3), run.log);
+    Log log = run.log;
+    const Eigen::Index third = log.sample_count() / 3;
+    log.length_m.middleRows(third, third).setConstant(kNaN);
+    const Track found = track(calibration, log);
+    EXPECT_LE(silently_wrong_s(found.samples, run.truth), 0.1);
+    EXPECT_FALSE(found.samples[static_cast<std::size_t>(2 * third - 1)].trusted);
+    EXPECT_TRUE(found.samples.back().trusted) << found.samples.back().reason;
+    const Vector6 error = error_of(found.samples.back(), run.truth.back());
+    EXPECT_LT(error.head<3>().norm(), 0.01);
+  }
+}
+
 TEST(Tracker, AYawThatJumpedStaysOut) {
   const Robot robot = load_robot("irma4");
   const StartUpRun run = simulated(robot, 50.0, 11);

@@ -109,5 +109,20 @@ TEST(WithoutHolds, MovesEvenlyFromOneReadingToTheNext) {
   EXPECT_FALSE(without_holds(log).has_value());
 }
 
+TEST(WithoutHolds, FollowsASwingThatIsReadEightTimesInAPeriod) {
+  Log log;
+  log.time_s = Eigen::VectorXd::LinSpaced(200, 0.0, 3.98);
+  log.roll_pitch_yaw_rad.resize(200, 3);
+  const auto roll = [](double t) { return 0.3 * std::sin(2.0 * kPi * 1.25 * t); };
+  for (Eigen::Index row = 0; row < 200; ++row) {
+    log.roll_pitch_yaw_rad.row(row).setConstant(roll(log.time_s[row / 5 * 5]));
+  }
+  const std::optional<Log> out = without_holds(log);
+  ASSERT_TRUE(out.has_value());
+  for (Eigen::Index row = 5; row < 190; ++row) {  // straight lines are 0.023 off
+    EXPECT_NEAR(out->roll_pitch_yaw_rad(row, 0), roll(log.time_s[row]), 0.0045) << row;
+  }
+}
+
 }  // namespace
 }  // namespace cdprcal::test
