@@ -444,19 +444,8 @@ void check_options(const InMotionOptions& options) {
   if (!(options.spacing > 0.0)) throw InputError("motion: spacing must be positive");
 }
 
-}  // namespace
-
-InMotionOptions for_a_search() {
-  InMotionOptions options;
-  options.calibrate.allow_for_effects = false;
-  options.most_moments = 300;
-  options.spacing = 1.0;
-  options.contradicted = true;
-  return options;
-}
-
-InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionOptions& options) {
-  check_options(options);
+/// By all rows of a log.
+InMotion by_all_rows(const Robot& robot, const Log& log, const InMotionOptions& options) {
   // What effects may do widens what a start is sure of until its readings hardly count, and the
   // path behind the accelerations with it: the outcome allows for them, no step before it does.
   CalibrateOptions as_fitted = options.calibrate;
@@ -523,6 +512,29 @@ InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionO
     explain(found->calibration.problem, result);
   }
   return *std::move(found);
+}
+
+}  // namespace
+
+InMotionOptions for_a_search() {
+  InMotionOptions options;
+  options.calibrate.allow_for_effects = false;
+  options.most_moments = 300;
+  options.spacing = 1.0;
+  options.contradicted = true;
+  return options;
+}
+
+InMotion calibrate_in_motion(const Robot& robot, const Log& log, const InMotionOptions& options) {
+  check_options(options);
+  InMotion found = by_all_rows(robot, log, options);
+  if (found.in_motion || converged(found)) return found;
+  // Between two readings of a sensor that few others make up for, the path is too rough to balance.
+  if (const std::optional<Log> anew = rows_read_anew(log)) {
+    InMotion by_fewer = by_all_rows(robot, *anew, options);
+    if (converged(by_fewer) && by_fewer.in_motion) return by_fewer;
+  }
+  return found;
 }
 
 }  // namespace cdprcal

@@ -197,12 +197,12 @@ void Tracker::forget() {
   compared_s_ = now_.time_s;
 }
 
-/// Whether the platform went somewhere during a silence: on and on as it began to, it would have
-/// gone as far as from where on a pose is not determined.
-bool Tracker::went_unseen(double usual_s) const {
-  if (!(dt_s_ > kSilent_s) || !(dt_s_ > kSilent * usual_s)) return false;
-  const Vector6 gone = dt_s_ * now_.state.twist.cwiseAbs() +
-                       0.5 * dt_s_ * dt_s_ * now_.state.acceleration.cwiseAbs();
+/// Whether the platform goes somewhere during a silence: on and on as it began to, it goes as far
+/// as from where on a pose is not determined.
+bool Tracker::goes_unseen(double silence_s) const {
+  if (!(silence_s > kSilent_s)) return false;
+  const Vector6 gone = silence_s * now_.state.twist.cwiseAbs() +
+                       0.5 * silence_s * silence_s * now_.state.acceleration.cwiseAbs();
   return gone.head<3>().norm() > kVagueShift * size_m_ || gone.tail<3>().norm() > kVagueTurn;
 }
 
@@ -556,38 +556,51 @@ bool Tracker::is_vague(const Vector6& variance) const {
            std::sqrt(variance.tail<3>().maxCoeff()) < kVagueTurn);
 }
 
-/// What the readings of late say of the pose by themselves.
-bool Tracker::is_determined() {
-  const double kept = step_.starts || !(dt_s_ < kGap_s) ? 0.0 : std::exp(-dt_s_ / kSaidLately_s);
+/// How long the readings have not determined the pose by themselves. Those of a whole sample are
+/// taken to; of sensors that are read in turn, or that are gone, it is asked.
+void Tracker::note_what_is_said() {
+  const auto rows = offsets_.rows.size();
+  const auto is_silent = [&](std::size_t r) {
+    return !offsets_.rows[r].inertial && !std::isfinite(innovation_[static_cast<Eigen::Index>(r)]);
+  };
+  std::size_t row = 0;
+  while (row < rows && !is_silent(row)) ++row;
+  const bool whole = row == rows;
+  if (whole || step_.starts || now_.time_s - said_since_s_ > kSaidLately_s) {
+    said_before_ = whole || step_.starts ? Matrix6(Matrix6::Zero()) : said_;
+    said_.setZero();
+    said_since_s_ = now_.time_s;
+  }
+  unsaid_s_ = whole || std::isnan(dt_s_) ? 0.0 : unsaid_s_ + dt_s_;
+  if (whole) return;
   Vector6 scale;
   scale << Vector3::Constant(size_m_), Vector3::Ones();
-  Matrix6 now = Matrix6::Zero();
-  for (Eigen::Index row = 0; row < innovation_.size(); ++row) {
-    const KnownOffsets::Row& known = offsets_.rows[static_cast<std::size_t>(row)];
-    if (known.inertial || !std::isfinite(innovation_[row])) continue;
-    const Vector6 by_pose = scale.cwiseProduct(readings_.by_pose.row(known.reading).transpose());
-    now += by_pose * by_pose.transpose() /
-           (offsets_.covariance(row, row) + offsets_.sample_variance[row]);
+  for (std::size_t r = 0; r < rows; ++r) {
+    if (offsets_.rows[r].inertial || is_silent(r)) continue;
+    const auto i = static_cast<Eigen::Index>(r);
+    const Vector6 by_pose =
+        scale.cwiseProduct(readings_.by_pose.row(offsets_.rows[r].reading).transpose());
+    said_ +=
+        by_pose * by_pose.transpose() / (offsets_.covariance(i, i) + offsets_.sample_variance[i]);
   }
-  said_ = kept * said_ + (1.0 - kept) * now;
   constexpr double kNothing = 1e-6;  // singular where nothing is said
-  const Matrix6 known = free_.of_stiffness(said_) + kNothing * Matrix6::Identity();
+  const Matrix6 known = free_.of_stiffness(said_before_ + said_) + kNothing * Matrix6::Identity();
   const Matrix6 covariance = free_.of_square(known.inverse());
-  return !is_vague(covariance.diagonal().cwiseProduct(scale.cwiseAbs2()));
+  if (!is_vague(covariance.diagonal().cwiseProduct(scale.cwiseAbs2()))) unsaid_s_ = 0.0;
 }
 
 /// A filter that lost one direction linearises about a pose that is far off there, and what it then
 /// takes for information about that direction is none (Huang, Mourikis and Roumeliotis 2010). A
 /// pose that was left open is found anew, from nothing, once readings determine it by themselves.
 void Tracker::watch_open() {
-  const bool vague = is_vague(covariance_.diagonal().head<6>());
+  note_what_is_said();
+  const bool vague = is_vague(covariance_.diagonal().head<6>()) || goes_unseen(unsaid_s_);
   if (vague && !left_open_) {
     left_open_ = true;
     anew_ = false;
-    said_.setZero();
   }
   if (!left_open_) return;
-  if (!is_determined()) {
+  if (unsaid_s_ > 0.0) {
     anew_ = anew_ && step_.starts;
   } else if (!anew_ && !step_.starts) {
     lost_ = anew_ = true;
@@ -692,7 +705,7 @@ const TrackedSample& Tracker::add(const Measurement& sample) {
   leave_out_slack();
   const bool follows = dt_s_ <= kGap_s;
   if (!follows) contradictions_.forget();
-  const bool anew = !follows || lost_ || went_unseen(usual_s);
+  const bool anew = !follows || lost_ || (dt_s_ > kSilent * usual_s && goes_unseen(dt_s_));
   if (!anew) predict();
   // After a silence what was known is no better than nothing.
   step_.starts = anew || !(covariance_.diagonal().head<3>().maxCoeff() < size_m_ * size_m_);

@@ -82,7 +82,7 @@ class Tracker {
   void allow_for_directions();
   void start();
   void forget();
-  [[nodiscard]] bool went_unseen(double usual_s) const;
+  [[nodiscard]] bool goes_unseen(double silence_s) const;
   void predict();
   [[nodiscard]] double largest(std::size_t reading) const;
   [[nodiscard]] MotionMatrix of_jerk() const;
@@ -90,7 +90,7 @@ class Tracker {
     return covariance_.diagonal().head<6>().cwiseMax(0.0).cwiseSqrt();
   }
   [[nodiscard]] bool is_vague(const Vector6& variance) const;
-  bool is_determined();
+  void note_what_is_said();
   void watch_open();
   bool evaluate_now();
   bool correct();
@@ -145,12 +145,15 @@ class Tracker {
   ReadingVector innovation_;  ///< size of each, NaN where nothing was read
   Agreement agreement_;
   std::vector<bool> disagrees_, disagreed_;  ///< rows: in this sample, and of late
-  bool quarrels_ = false;           ///< of late no pose had the readings, whichever is wrong
-  double quarrels_for_s_ = 0.0;     ///< so far
-  double compared_s_ = kNaN;        ///< when the means of late were last held against one another
-  bool anew_ = false;               ///< found from nothing since
-  bool left_open_ = false;          ///< since the readings left it so
-  Matrix6 said_ = Matrix6::Zero();  ///< of the pose, by the readings of late alone: a mean
+  bool quarrels_ = false;        ///< of late no pose had the readings, whichever is wrong
+  double quarrels_for_s_ = 0.0;  ///< so far
+  double compared_s_ = kNaN;     ///< when the means of late were last held against one another
+  bool left_open_ = false;       ///< the pose, by the readings; until they close it
+  bool anew_ = false;            ///< it was found from nothing since
+  /// Information about the pose that samples hold which are not whole, in two spans of time.
+  Matrix6 said_ = Matrix6::Zero(), said_before_ = Matrix6::Zero();
+  double said_since_s_ = 0.0;  ///< when the later span began
+  double unsaid_s_ = 0.0;      ///< how long the readings have not determined the pose
   Contradictions contradictions_;
   LateSensors lateness_;
   std::optional<LateSensor> known_late_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "cdprcal/readings/rest_list.hpp"
 
@@ -121,6 +122,26 @@ std::optional<Log> without_holds(const Log& log) {
       fill_between(*given[s], log.time_s, fresh, kSensorTable[s].is_angle(), *out->groups()[s]);
     }
   }
+  return out;
+}
+
+std::optional<Log> rows_read_anew(const Log& log) {
+  if (is_rest_list(log)) return std::nullopt;
+  std::vector<Eigen::Index> rows;
+  for (const SampleRange& range : segments(log)) {
+    FreshRows longest;
+    for (const LogMatrix* values : std::as_const(log).groups()) {
+      FreshRows fresh = fresh_rows(*values, range);
+      if (longest.rows.empty() || fresh.hold_rows > longest.hold_rows) longest = std::move(fresh);
+    }
+    rows.insert(rows.end(), longest.rows.begin(), longest.rows.end());
+  }
+  if (static_cast<Eigen::Index>(rows.size()) == log.sample_count()) return std::nullopt;
+  Log out = log;
+  out.time_s = log.time_s(rows);
+  const auto given = std::as_const(log).groups();
+  const auto taken = out.groups();
+  for (std::size_t g = 0; g < taken.size(); ++g) *taken[g] = (*given[g])(rows, Eigen::all);
   return out;
 }
 

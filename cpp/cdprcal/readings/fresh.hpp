@@ -26,4 +26,7 @@ FreshRows fresh_rows(const LogMatrix& readings, const SampleRange& range);
 /// no sensor is held.
 std::optional<Log> without_holds(const Log& log);
 
+/// The rows in which the sensor read anew that is held longest; nothing where no sensor is held.
+std::optional<Log> rows_read_anew(const Log& log);
+
 }  // namespace cdprcal

@@ -124,5 +124,29 @@ TEST(WithoutHolds, FollowsASwingThatIsReadEightTimesInAPeriod) {
   }
 }
 
+TEST(RowsReadAnew, AreThoseOfTheSensorThatIsHeldLongest) {
+  Log log;
+  log.time_s = Eigen::VectorXd::LinSpaced(200, 0.0, 3.98);
+  log.length_m.resize(200, 2);
+  log.swivel_rad.resize(200, 2);
+  log.roll_pitch_yaw_rad.resize(200, 3);
+  for (Eigen::Index row = 0; row < 200; ++row) {
+    log.length_m.row(row).setConstant(std::sin(log.time_s[row]));
+    log.swivel_rad.row(row).setConstant(std::sin(log.time_s[row / 2 * 2]));
+    log.roll_pitch_yaw_rad.row(row).setConstant(std::sin(log.time_s[row / 5 * 5]));
+  }
+  const std::optional<Log> anew = rows_read_anew(log);
+  ASSERT_TRUE(anew.has_value());
+  ASSERT_EQ(anew->sample_count(), 40);
+  for (Eigen::Index row = 0; row < 40; ++row) {
+    EXPECT_EQ(anew->time_s[row], log.time_s[5 * row]);
+    EXPECT_EQ(anew->length_m.row(row), log.length_m.row(5 * row));
+    EXPECT_EQ(anew->roll_pitch_yaw_rad.row(row), log.roll_pitch_yaw_rad.row(5 * row));
+  }
+  log.swivel_rad = log.length_m;
+  log.roll_pitch_yaw_rad.resize(200, 0);
+  EXPECT_FALSE(rows_read_anew(log).has_value());
+}
+
 }  // namespace
 }  // namespace cdprcal::test
