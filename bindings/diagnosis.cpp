@@ -298,6 +298,8 @@ void register_diagnosis_path(py::module_& module) {
                     "[N, n] s in [-1, 1]: +1 after paying out.")
       .def_readonly("swivel_direction", &PathState::swivel_direction,
                     "[N, n] the same for the swivels; +1 after a positive turn.")
+      .def_readonly("length_rate_m_s", &PathState::length_rate_m_s, "[N, n] slopes over 0.6 s.")
+      .def_readonly("swivel_rate_rad_s", &PathState::swivel_rate_rad_s, "[N, n] the same.")
       .def_readonly("attitude_rate_rad_s", &PathState::attitude_rate_rad_s,
                     "[N, 3] of roll, pitch, yaw.");
   module.def("path_state", &path_state, py::arg("robot"), py::arg("log"),

@@ -235,7 +235,7 @@ void register_in_motion(py::module_& module) {
             return out;
           },
           "List of AppliedEffect: what makes readings of one moment belong to different ones "
-          "(sensor_delay), found beside the pose where it is clear; a copy.")
+          "(sensor_delay, swivel_delay ...), found beside the pose where it is clear; a copy.")
       .def_readonly("moments_a_reading", &InMotion::moments_a_reading,
                     "So many moments of motion are worth one independent reading.")
       .def_readonly("swings", &InMotion::swings,

@@ -272,16 +272,10 @@ def swivels(robot: cdprcal.Robot, pose: cdprcal.Pose) -> Array:
     )
 
 
-def late(run: Swing, rows: int) -> Swing:
-    """As logged by a program to which the attitude comes so many rows late."""
-    log = run.log
-    return Swing(
-        cdprcal.Log(
-            time_s=log.time_s[rows:],
-            length_m=log.length_m[rows:],
-            swivel_rad=log.swivel_rad[rows:],
-            tension_N=log.tension_N[rows:],
-            roll_pitch_yaw_rad=log.roll_pitch_yaw_rad[:-rows],
-        ),
-        run.poses[rows:],
-    )
+def late(run: Swing, rows: int, sensor: str = "roll_pitch_yaw_rad") -> Swing:
+    """As logged by a program to which readings of one sensor come so many rows late."""
+    read = {
+        name: getattr(run.log, name)[: -rows or None] if name == sensor else getattr(run.log, name)[rows:]
+        for name in ("time_s", "length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad")
+    }
+    return Swing(cdprcal.Log(**read), run.poses[rows:])

@@ -240,16 +240,40 @@ def test_the_bias_of_an_accelerometer_is_no_force(seed: int) -> None:
     assert np.all(start.standard_deviation[:3] < 1e-3)
 
 
-@pytest.mark.parametrize(("seed", "rows"), few([(1, 6), (2, 10)]))
-def test_an_attitude_that_comes_late_is_read_when_it_comes(seed: int, rows: int) -> None:
+DELAYS = {
+    "sensor_delay": "roll_pitch_yaw_rad",
+    "length_delay": "length_m",
+    "swivel_delay": "swivel_rad",
+    "tension_delay": "tension_N",
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "cables", "seed", "rows", "haul_m"),
+    few(
+        [
+            ("sensor_delay", 5, 1, 6, 0.06),
+            ("length_delay", 5, 2, 8, 0.06),
+            ("swivel_delay", 4, 4, 8, 0.0),
+            ("tension_delay", 4, 5, 8, 0.0),
+            ("sensor_delay", 5, 2, 10, 0.06),
+            ("swivel_delay", 5, 1, 10, 0.06),
+        ],
+        kept=len(DELAYS),
+    ),
+)
+def test_a_sensor_that_comes_late_is_read_when_it_comes(
+    name: str, cables: int, seed: int, rows: int, haul_m: float
+) -> None:
     """By up to half a period of the swing over six: its rate alone does not say where it was."""
-    run = late(swung(seed=seed, duration_s=15.0), rows)
-    start = cdprcal.calibrate(ROBOT, run.log, motion=True).result
-    assert "sensor_delay" in start.reason
+    robot = polygon_robot(cables, pulley_radius_m=0.0)
+    run = late(swing(mujoco, robot, seed=seed, duration_s=15.0, haul_m=haul_m), rows, DELAYS[name])
+    start = cdprcal.calibrate(robot, run.log, motion=True).result
+    assert name in start.reason
     error = cdprcal.minus(start.poses[0], run.poses[0])
     assert np.all(np.abs(error) < 4.0 * start.standard_deviation)
-    found = cdprcal.diagnose(ROBOT, run.log, motion=True)
-    assert [effect.info.name for effect in found.effects] == ["sensor_delay"]
+    found = cdprcal.diagnose(robot, run.log, motion=True)
+    assert [effect.info.name for effect in found.effects] == [name]
     assert found.effects[0].values[0] == pytest.approx(0.01 * rows, abs=0.02)
     error = cdprcal.minus(found.initial_pose_after, run.poses[0])
     assert np.all(np.abs(error) < 4.0 * np.sqrt(np.diag(found.covariance_after)))

@@ -14,19 +14,11 @@ namespace {
 /// The noise is taken anew when there are this many times more poses than when it last was.
 constexpr double kNoiseRenewal = 1.1;
 
-/// A live estimate may be off by a little of its standard deviation: millimetres, not nanometres.
-SolveOptions live(SolveOptions options) {
-  options.function_tolerance = std::max(options.function_tolerance, 1e-6);
-  options.parameter_tolerance = std::max(options.parameter_tolerance, 1e-7);
-  options.settled = std::max(options.settled, 1e-4);
-  return options;
-}
-
 }  // namespace
 
 OnlineCalibration::OnlineCalibration(const Robot& robot, const CalibrateOptions& options)
     : robot_(robot), options_(options), explain_(options.solve.explain) {
-  options_.solve = live(options.solve);
+  options_.solve = roughly(options.solve);
   options_.solve.explain = false;  // said at the end of an update
   if (!options.at_s.empty() || options.segment != -1 || !options.guess.empty()) {
     throw InputError(

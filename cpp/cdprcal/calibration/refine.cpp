@@ -1,6 +1,7 @@
 #include "cdprcal/calibration/refine.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <tuple>
 
 #include "cdprcal/effects/applied.hpp"
@@ -167,7 +168,10 @@ Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fi
   if (fit.status != CalibrationStatus::converged && !fit.curved) return out;
   double solve_time_s = fit.solve_time_s;
   int iterations = fit.iterations;
-  bool shrinks = false;
+  bool shrinks = false, rough = false;
+  std::optional<CalibrationResult> failed;
+  SolveOptions on_the_way = roughly(solve_options);
+  on_the_way.explain = false;
   for (int round = 0; round < kMostRounds; ++round) {
     const std::vector<FittedRow> rows = rows_of(out.problem, out.result);
     if (rows.empty()) break;
@@ -191,28 +195,36 @@ Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fi
     // A long step to much smaller noise may lose the minimum: shorter ones then.
     constexpr int kMostHalvings = 4;
     for (int halving = 0; halving <= kMostHalvings; ++halving) {
-      result = solve(next, out.result.poses, solve_options);
+      result = solve(next, out.result.poses, on_the_way);
       solve_time_s += result.solve_time_s;
       iterations += result.iterations;
       if (result.status == CalibrationStatus::converged) break;
       next.noise = between(before, *next.noise);
     }
-    // A model so wrong that only the specified noise, far from what the readings show, hid it.
-    const bool contradicted =
-        result.status == CalibrationStatus::not_converged && result.covariance.has_value();
-    if (contradicted) {
-      out.result.status = result.status;
-      out.result.reason = "with the noise that the readings show, " + result.reason;
-      break;
-    }
-    if (result.status != CalibrationStatus::converged) {  // the last that stood stands
-      out.result.reason += "; the noise could not be taken from the readings (" + result.reason +
-                           "), so the weights are the specified ones or those of an earlier round";
+    if (result.status != CalibrationStatus::converged) {
+      failed = std::move(result);
       break;
     }
     out.problem = std::move(next);
     out.result = std::move(result);
+    rough = true;
     out.gated.insert(out.gated.end(), gated.begin(), gated.end());
+  }
+  if (rough) {  // the noise has settled: now in earnest
+    CalibrationResult result = solve(out.problem, out.result.poses, solve_options);
+    solve_time_s += result.solve_time_s;
+    iterations += result.iterations;
+    if (result.status == CalibrationStatus::converged) out.result = std::move(result);
+  }
+  if (failed) {
+    // A model so wrong that only the specified noise, far from what the readings show, hid it.
+    if (failed->status == CalibrationStatus::not_converged && failed->covariance) {
+      out.result.status = failed->status;
+      out.result.reason = "with the noise that the readings show, " + failed->reason;
+    } else {  // the last that stood stands
+      out.result.reason += "; the noise could not be taken from the readings (" + failed->reason +
+                           "), so the weights are the specified ones or those of an earlier round";
+    }
   }
   // Several rows of one balance are one reading left out.
   std::stable_sort(out.gated.begin(), out.gated.end(), [](const auto& a, const auto& b) {

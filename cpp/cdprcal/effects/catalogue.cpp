@@ -14,8 +14,8 @@ EffectPointer transmission_ratio(), cable_elasticity(), cable_creep(), cable_sag
     pulley_diameter(), frame_anchors(), frame_scale(), frame_shear(), frame_warp(),
     platform_anchors(), load_cell_bias(), load_cell_gain(), load_cell_drift(), mass(),
     centre_of_mass(), external_force(), umbilical(), base_tilt(), ahrs_misalignment(),
-    attitude_scale(), yaw_drift(), magnetic_disturbance(), sensor_delay(), viscous_friction(),
-    inertia();
+    attitude_scale(), yaw_drift(), magnetic_disturbance(), sensor_delay(), length_delay(),
+    swivel_delay(), tension_delay(), viscous_friction(), inertia();
 
 const std::vector<EffectPointer>& effect_catalogue() {
   static const std::vector<EffectPointer> catalogue{transmission_ratio(),
@@ -46,6 +46,9 @@ const std::vector<EffectPointer>& effect_catalogue() {
                                                     yaw_drift(),
                                                     magnetic_disturbance(),
                                                     sensor_delay(),
+                                                    length_delay(),
+                                                    swivel_delay(),
+                                                    tension_delay(),
                                                     viscous_friction(),
                                                     inertia()};
   return catalogue;

@@ -56,6 +56,7 @@ struct EffectInfo {
   bool all_or_nothing = false;
   bool of_swivel_play = false;  ///< its value is what Measurement::swivel_direction depends on
   bool of_one_make = false;     ///< one cause may give all cables nearly the same value
+  bool of_lateness = false;     ///< readings of one moment of a log belong to different ones
 };
 
 /// What an effect may look at.

@@ -134,4 +134,11 @@ ResidualRms residual_rms(const std::vector<PoseResidual>& residuals, bool refere
   return out;
 }
 
+SolveOptions roughly(SolveOptions options) {
+  options.function_tolerance = std::max(options.function_tolerance, 1e-6);
+  options.parameter_tolerance = std::max(options.parameter_tolerance, 1e-7);
+  options.settled = std::max(options.settled, 1e-4);
+  return options;
+}
+
 }  // namespace cdprcal

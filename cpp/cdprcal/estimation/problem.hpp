@@ -53,6 +53,9 @@ struct SolveOptions {
   bool explain = true;
 };
 
+/// Near enough for what goes on from there: within a little of a standard deviation.
+SolveOptions roughly(SolveOptions options);
+
 enum class CalibrationStatus { converged, not_converged, unobservable };
 
 /// Standard deviations of a covariance, the roots of its diagonal; NaN without one.

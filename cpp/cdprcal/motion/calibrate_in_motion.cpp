@@ -15,7 +15,7 @@
 #include "cdprcal/evidence/scan.hpp"
 #include "cdprcal/motion/geometric_readings.hpp"
 #include "cdprcal/motion/known_offsets.hpp"
-#include "cdprcal/motion/late_attitude.hpp"
+#include "cdprcal/motion/late_readings.hpp"
 #include "cdprcal/motion/locked.hpp"
 #include "cdprcal/motion/middle_readings.hpp"
 #include "cdprcal/motion/smoothed.hpp"
@@ -146,29 +146,39 @@ SampleRange rows_around(const Log& log, const SampleRange& run, Eigen::Index row
   return out;
 }
 
-/// What the twist makes of lengths and attitude; and the attitude that was read ahead as one that
-/// comes late by the first term alone, which is what effects of its rate take it for.
-void take_rates(const GeometricReadings& at, const Vector6& twist, double ahead_s, Measurement& m) {
+/// What the twist makes of readings; and those that were read ahead as ones that come late by the
+/// first term alone, which is what effects of their rate take them for.
+void take_rates(const Robot& robot, const GeometricReadings& at, const SmoothedSample& sample,
+                const SensorTimes& ahead_s, Measurement& m) {
+  const Vector6 twist = m.moves() ? m.twist : sample.state.twist;
   m.length_rate_m_s = at.model.length_by_twist * twist;
+  m.swivel_rate_rad_s = at.model.swivel_by_twist * twist;
   m.attitude_rate_rad_s = at.model.attitude_by_twist * twist;
-  m.roll_pitch_yaw_rad -= ahead_s * m.attitude_rate_rad_s;
+  m.length_m -= ahead_s[Channel::length] * m.length_rate_m_s;
+  m.swivel_rad -= ahead_s[Channel::swivel] * m.swivel_rate_rad_s;
+  m.roll_pitch_yaw_rad -= ahead_s[Channel::yaw] * m.attitude_rate_rad_s;
+  if (!(ahead_s[Channel::balance] > 0.0)) return;
+  const Matrix6 mass = mass_matrix(robot, platform_state(robot, sample.state.pose));
+  m.acceleration -= solve_symmetric(mass, Vector6(ahead_s[Channel::balance] * m.rising_wrench));
 }
 
 /// The first sample of a run that begins in motion.
-void begin_in_motion(const LateAttitudes& read, const SmoothedSample& begin, const Robot& robot,
+void begin_in_motion(const LateReadings& read, const SmoothedSample& begin, const Robot& robot,
                      Measurement& first) {
   GeometricReadings model;
   if (!evaluate(robot, {}, first, begin.state.pose, model)) return;
-  first.roll_pitch_yaw_rad =
-      measurement_at(read.run.log, read.run.rows.begin, first.kind, robot.cable_count())
-          .roll_pitch_yaw_rad;
-  take_rates(model, begin.state.twist, read.ahead_s, first);
+  const Measurement ahead =
+      measurement_at(read.run.log, read.run.rows.begin, first.kind, robot.cable_count());
+  first.length_m = ahead.length_m;
+  first.swivel_rad = ahead.swivel_rad;
+  first.roll_pitch_yaw_rad = ahead.roll_pitch_yaw_rad;
+  take_rates(robot, model, begin, read.ahead_s, first);
 }
 
 /// The moments of motion beside the rests of a calibration: measurements and guesses are appended;
 /// how many.
 std::size_t add_moments(const Calibration& start, const MovingRun& moving, const Beside& beside,
-                        const LateAttitudes& read, const std::vector<SmoothedSample>& path,
+                        const LateReadings& read, const std::vector<SmoothedSample>& path,
                         const std::vector<Push>& pushed, CalibrationProblem& problem,
                         std::vector<Pose>& guess) {
   const Robot& robot = problem.robot;
@@ -202,8 +212,9 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving, const
     }
     // Tensions that nothing reads are found from the balance of their own moment.
     const bool alone = !stretches || is_partly_read(log, row);
+    CableVector tension_rate_N_s;
     std::optional<Measurement> about =
-        alone ? middle_reading(log, run.rows, row, half_s, robot.cable_count())
+        alone ? middle_reading(log, run.rows, row, half_s, robot.cable_count(), tension_rate_N_s)
               : stretches->about(row);
     if (!about) continue;
     Measurement& m = *about;
@@ -217,8 +228,9 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving, const
       m.twist = state.twist;
       m.acceleration = state.acceleration;
       m.inertial_sigma = inertial_sigma(robot, sample);
+      m.rising_wrench = structure_matrix(platform_state(robot, state.pose)) * tension_rate_N_s;
     }
-    take_rates(model, m.twist, read.ahead_s, m);
+    take_rates(robot, model, sample, read.ahead_s, m);
     m.balance_counts = !is_pushed(pushed, time_s, 0.5 * each_s);
     last_s = time_s;
     problem.measurements.push_back(std::move(m));
@@ -273,31 +285,69 @@ void average_with(const CalibrationResult& fitted, CalibrationResult& allowed) {
       0.5 * (*allowed.covariance + *fitted.covariance) + 0.25 * apart * apart.transpose();
 }
 
+/// By how many σ an effect shows, and in the sign that nature has it in.
+double clearness(const ActiveEffect& of, const Eigen::VectorXd& sigma) {
+  if (of.effect->info().one_sided && !(of.values.minCoeff() > 0.0)) return 0.0;
+  return of.values.cwiseQuotient(sigma).cwiseAbs().maxCoeff();
+}
+
+/// What is late in a fitted model, where it is so by `clear` of its σ times `wider`. One sensor
+/// after the other: late beside the others is also what is early beside one.
+bool find_late(DiagnosisModel& model, const ActiveEffects& listed, double clear, double wider) {
+  const auto add_best = [&] {
+    Candidates others = effects_of(model.robot);
+    std::erase_if(others, [&](const auto& effect) {
+      const auto is = [&](const auto& of) { return of.effect == effect; };
+      return !effect->info().of_lateness || std::ranges::any_of(listed, is) ||
+             std::ranges::any_of(model.effects, is);
+    });
+    ActiveEffect best;
+    double most = clear;
+    for (const CandidateScore& score : scan(model, others, {.draws = 0})) {
+      const double z = clearness({score.effect, score.values}, wider * score.deviation);
+      if (z > most) most = z, best = {score.effect, score.values};
+    }
+    if (best.effect) model.effects.push_back({best.effect, best.values});
+    return best.effect != nullptr;
+  };
+  const auto drop_least = [&] {
+    const Eigen::Index values = model.values().size();
+    const Eigen::VectorXd sigma = wider * covariance(model).diagonal().tail(values).cwiseSqrt();
+    Eigen::Index begin = values;
+    std::size_t least = 0;
+    double z = clear;
+    for (std::size_t k = model.effects.size(); k-- > 1;) {
+      const EffectTerm& term = model.effects[k];
+      begin -= term.values.size();
+      const double own =
+          clearness({term.effect, term.values}, sigma.segment(begin, term.values.size()));
+      if (own <= z) z = own, least = k;
+    }
+    if (least > 0) model.effects.erase(model.effects.begin() + static_cast<std::ptrdiff_t>(least));
+    return least > 0;
+  };
+  while (model.effects.size() > 1 && drop_least()) {
+    if (!fit_with_noise(model)) return false;
+  }
+  while (add_best()) {
+    if (!fit_with_noise(model)) return false;
+    if (drop_least()) return fit_with_noise(model);
+  }
+  return true;
+}
+
 /// What is found beside the poses, by a calibration in motion: all of it at once, the poses free.
-/// What is late where it is so by `clear` σ.
 Beside found_beside(const InMotion& found, const MovingRun& moving, double clear) {
   DiagnosisModel model = model_of(found.calibration);
   model.runs.front().known = moving.effects;
   model.effects.push_back({damping(), found.beside.damping_1_s});
-  const int cables = model.robot.cable_count();
-  for (const auto& effect : untried(model, Shows::in_motion)) {
-    const bool listed =
-        std::ranges::find(moving.effects, effect, &ActiveEffect::effect) != moving.effects.end();
-    if (!listed) model.effects.push_back({effect, EffectValues::Zero(effect->size(cables))});
+  for (const ActiveEffect& late : found.beside.late) {
+    model.effects.push_back({late.effect, late.values});
   }
-  if (!fit_with_noise(model)) return found.beside;
-  const Eigen::Index values = model.values().size();
-  const Eigen::VectorXd sigma =
-      std::sqrt(shared_by_moments(found)) * covariance(model).diagonal().tail(values).cwiseSqrt();
-  Eigen::Index begin = values;
-  const std::size_t before = model.effects.size();
-  for (std::size_t k = before; k-- > 1;) {
-    const EffectValues& of = model.effects[k].values;
-    begin -= of.size();
-    const double z = of.cwiseQuotient(sigma.segment(begin, of.size())).cwiseAbs().maxCoeff();
-    if (!(z > clear)) model.effects.erase(model.effects.begin() + static_cast<std::ptrdiff_t>(k));
+  if (!fit_with_noise(model) ||
+      !find_late(model, moving.effects, clear, std::sqrt(shared_by_moments(found)))) {
+    return found.beside;
   }
-  if (model.effects.size() < before && !fit_with_noise(model)) return found.beside;
   Beside out;
   out.damping_1_s = model.effects.front().values.cwiseMax(0.0);
   for (std::size_t k = 1; k < model.effects.size(); ++k) {
@@ -310,7 +360,7 @@ Beside found_beside(const InMotion& found, const MovingRun& moving, double clear
 InMotion with_motion(const Calibration& start, const MovingRun& moving, double clear = kHint,
                      const Beside& beside = {}) {
   const CalibrateOptions& options = moving.options.calibrate;
-  const LateAttitudes read(start, moving.corrected);
+  const LateReadings read(start, moving.corrected);
   const std::vector<SmoothedSample> path = smoothed(start, read, kRestless);
   InMotion out;
   out.calibration = start;
@@ -341,7 +391,7 @@ InMotion with_motion(const Calibration& start, const MovingRun& moving, double c
   CalibrationResult& result = out.calibration.result;
   for (int turn = 0; turn < kTurns; ++turn) {
     problem.effects = effects_with(moving, out.beside);
-    result = solve(problem, guess, options.solve);
+    result = solve(problem, guess, roughly(options.solve));
     if (!converged(out) || !std::isfinite(result.residual_rms.wrench_force_N)) break;
     guess = result.poses;
     if (turn + 1 < kTurns) out.beside = found_beside(out, moving, clear);
@@ -366,16 +416,30 @@ Vector6 moved(const CalibrationResult& before, const CalibrationResult& after) {
   return (by.cwiseAbs().array() > little.array()).any() ? by : Vector6(Vector6::Zero());
 }
 
+/// Whether a round has found readings to be later, or less so, than the one before: by more than a
+/// share of it. What noise does to the rates of readings makes delays look shorter, but for those
+/// that they are read ahead by.
+bool later(const Beside& before, const Beside& after) {
+  constexpr double kShare = 0.03;
+  if (before.late.size() != after.late.size()) return true;
+  for (std::size_t k = 0; k < after.late.size(); ++k) {
+    const EffectValues &old = before.late[k].values, &now = after.late[k].values;
+    if (before.late[k].effect != after.late[k].effect) return true;
+    if ((now - old).norm() > kShare * now.norm()) return true;
+  }
+  return false;
+}
+
 /// Round after round, each with the path of the last, until that has settled. What the first round
 /// says, not converged, where none holds what `first` does.
 InMotion settled(const InMotion& first, const MovingRun& moving, int round) {
   InMotion found = first;
-  bool holds = false;
+  bool holds = false, moves = false;
   const auto rounds = [&] {
     return moving.options.rounds + (found.beside.late.empty() ? 0 : kLateRounds);
   };
   const auto goes_on = [&] {
-    return round < rounds() || (!found.moved.isZero() && round < rounds() + kSettlingRounds);
+    return round < rounds() || (moves && round < rounds() + kSettlingRounds);
   };
   for (; goes_on() && !found.calibration.result.poses.empty(); ++round) {
     const double clear = round + 1 < rounds() ? kHint : kClear;
@@ -383,6 +447,7 @@ InMotion settled(const InMotion& first, const MovingRun& moving, int round) {
     InMotion next = with_motion(next_start(found, moving, beside), moving, clear, beside);
     if (converged(next) || next.calibration.result.cost < found.calibration.result.cost) {
       next.moved = moved(found.calibration.result, next.calibration.result);
+      moves = !next.moved.isZero() || later(found.beside, next.beside);
       found = std::move(next);
       holds = true;
     } else if (clear == kClear) {
@@ -458,6 +523,8 @@ InMotion by_all_rows(const Robot& robot, const Log& log, const InMotionOptions& 
   std::vector<Push> pushed;
   InMotionOptions silent = options;  // of several fits only the last is explained
   silent.calibrate.solve.explain = false;
+  // However few moments shall count, path and delays are found by all that there are.
+  silent.spacing = std::min(options.spacing, InMotionOptions().spacing);
   MovingRun moving{
       silent, run,   path_state(robot, run.log), known_effects(robot, log, options.calibrate),
       true,   pushed};
@@ -465,6 +532,13 @@ InMotion by_all_rows(const Robot& robot, const Log& log, const InMotionOptions& 
     moving.by_stretch = by_stretch;
     found = rests_and_motion(plain, log, moving);
     if (found && converged(*found)) break;
+  }
+  if (found && converged(*found) && silent.spacing < options.spacing) {
+    silent.spacing = options.spacing;
+    InMotion fewer =
+        with_motion(next_start(*found, moving, found->beside), moving, kClear, found->beside);
+    fewer.moved = found->moved;
+    if (converged(fewer)) found = std::move(fewer);
   }
   const auto without_motion = [&](const std::string& why) {
     allow_for_effects(options.calibrate, plain);

@@ -16,10 +16,10 @@ MotionVector minus(const MotionState& a, const MotionState& b) {
 
 std::vector<SmoothedSample> smoothed(const Calibration& calibration, const CorrectedRun& run,
                                      double restless) {
-  return smoothed(calibration, LateAttitudes(calibration, run), restless);
+  return smoothed(calibration, LateReadings(calibration, run), restless);
 }
 
-std::vector<SmoothedSample> smoothed(const Calibration& calibration, const LateAttitudes& read,
+std::vector<SmoothedSample> smoothed(const Calibration& calibration, const LateReadings& read,
                                      double restless) {
   const Robot& robot = calibration.problem.robot;
   const CorrectedRun& run = read.run;

@@ -1,7 +1,7 @@
 // The platform's motion with all of a run's readings behind each moment.
 #pragma once
 
-#include "cdprcal/motion/late_attitude.hpp"
+#include "cdprcal/motion/late_readings.hpp"
 #include "cdprcal/motion/tracker.hpp"
 
 namespace cdprcal {
@@ -21,8 +21,8 @@ struct SmoothedSample {
 /// does.
 std::vector<SmoothedSample> smoothed(const Calibration& calibration, const CorrectedRun& run,
                                      double restless = 1.0);
-/// The same of a run whose late attitudes are read already.
-std::vector<SmoothedSample> smoothed(const Calibration& calibration, const LateAttitudes& read,
+/// The same of a run whose late readings are read already.
+std::vector<SmoothedSample> smoothed(const Calibration& calibration, const LateReadings& read,
                                      double restless = 1.0);
 
 }  // namespace cdprcal

@@ -43,6 +43,15 @@ OwnPose own_pose(const GeometricReadings& at, const KnownOffsets& known) {
   return {-covariance * gradient, covariance};
 }
 
+/// Between the rows before and after: the mean over a stretch is that of one that is smooth.
+CableVector tension_rate_N_s(const CorrectedRun& run, Eigen::Index row, int n) {
+  const Eigen::Index before = std::max(row - 1, run.rows.begin);
+  const Eigen::Index after = std::min(row + 1, run.rows.end - 1);
+  if (before == after || run.log.tension_N.cols() == 0) return CableVector::Constant(n, kNaN);
+  return (run.log.tension_N.row(after) - run.log.tension_N.row(before)).transpose() /
+         (run.log.time_s[after] - run.log.time_s[before]);
+}
+
 /// Every geometric reading of a measurement, in the order of geometric_rows().
 template <typename Visit>
 void for_each_reading(Measurement& m, const std::vector<RowLabel>& labels, const Visit& visit) {
@@ -73,6 +82,7 @@ Stretches::Stretches(const Robot& robot, const CorrectedRun& run,
     along_[k].beside = own.beside;
     if (k <= path.size() / 2) sample_covariance_ = own.covariance;
     const PlatformState platform = platform_state(robot, state.pose);
+    along_[k].rising = structure_matrix(platform) * tension_rate_N_s(run, row, n);
     along_[k].balance = wrench_residual(robot, platform, m.tension_N) +
                         inertial_wrench(robot, platform, state.twist, state.acceleration).wrench;
   }
@@ -120,7 +130,8 @@ std::optional<Measurement> Stretches::about(Eigen::Index row) const {
   Measurement m = measurement_at(log, row, PoseKind::static_pose, n);
   const std::vector<RowLabel> labels = geometric_rows(n);
   const auto count = static_cast<Eigen::Index>(labels.size());
-  Vector6 balance = Vector6::Zero(), twist = balance, bent = balance, beside = balance;
+  Vector6 balance = Vector6::Zero(), twist = balance, bent = balance, beside = balance,
+          rising = balance;
   CableVector tension_N = CableVector::Zero(n);
   ReadingVector misfit = ReadingVector::Zero(count), of = misfit;
   const ReadingVector& here = along_[static_cast<std::size_t>(row - rows.begin)].misfit;
@@ -137,6 +148,7 @@ std::optional<Measurement> Stretches::about(Eigen::Index row) const {
     const auto k = static_cast<std::size_t>(other - rows.begin);
     slack = slack || along_[k].slack;
     balance += weight * along_[k].balance;
+    rising += weight * along_[k].rising;
     twist += weight * path_[k].state.twist;
     bent += curvature * along_[k].beside;
     beside += weight * along_[k].beside;
@@ -169,6 +181,7 @@ std::optional<Measurement> Stretches::about(Eigen::Index row) const {
     if (std::isfinite(here[r]) && of[r] > 0.0) reading += here[r] - misfit[r] / of[r];
   });
   m.tension_N = tension_N / sum;
+  m.rising_wrench = rising / sum;
   m.twist = twist / sum;
   m.samples = std::max(1, static_cast<int>(sum * sum / squares));
   const InertialWrench at_rest = inertial_wrench(robot_, state, m.twist, Vector6::Zero());

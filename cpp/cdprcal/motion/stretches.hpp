@@ -34,7 +34,7 @@ class Stretches {
 
  private:
   struct Row {
-    Vector6 balance = Vector6::Constant(kNaN);
+    Vector6 balance = Vector6::Constant(kNaN), rising = balance;  ///< and Ξᵀ dτ/dt
     bool slack = false;
     ReadingVector misfit;
     Vector6 beside = Vector6::Constant(kNaN);  ///< the pose by the sample's own geometry

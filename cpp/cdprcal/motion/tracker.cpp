@@ -8,7 +8,6 @@
 
 #include "cdprcal/effects/corrected_run.hpp"
 #include "cdprcal/error.hpp"
-#include "cdprcal/motion/late_attitude.hpp"
 #include "cdprcal/readings/turn_over.hpp"
 #include "cdprcal/statics/taut.hpp"
 #include "cdprcal/statistics.hpp"
@@ -73,7 +72,7 @@ void turn_over(const CableVector& now, double distance, CableVector& at, CableVe
 }  // namespace
 
 Tracker::Tracker(const Calibration& calibration, double restless, std::optional<LateSensor> late,
-                 double attitude_ahead_s)
+                 const SensorTimes& ahead_s)
     : robot_(with_effects(calibration.problem.robot, calibration.problem.effects)),
       effects_(calibration.problem.effects),
       offsets_(known_offsets(calibration)),
@@ -83,8 +82,7 @@ Tracker::Tracker(const Calibration& calibration, double restless, std::optional<
       size_m_(robot_size_m(robot_)),
       turn_per_shift_(1.0 / characteristic_length_m(robot_)),
       taut_N_(taut_tension_N(robot_)),
-      attitude_by_rate_(attitude_ahead_s * Matrix3::Identity()),
-      attitude_ahead_s_(attitude_ahead_s),
+      ahead_s_(ReadingVector::Zero(offsets_.offset.size())),
       jerk_(kLikelyJerk),
       restless_(restless),
       agreement_(offsets_, free_, size_m_),
@@ -93,6 +91,10 @@ Tracker::Tracker(const Calibration& calibration, double restless, std::optional<
       contradictions_(offsets_.rows.size()),
       lateness_(offsets_, free_),
       known_late_(late) {
+  for (std::size_t r = 0; r < offsets_.rows.size(); ++r) {
+    ahead_s_[static_cast<Eigen::Index>(r)] = ahead_s[offsets_.rows[r].label.channel];
+  }
+  by_rate_s_ = ahead_s_;
   if (!effects_.empty()) {
     allow_for_directions();
     agreement_ = Agreement(offsets_, free_, size_m_);
@@ -105,7 +107,7 @@ Tracker::Tracker(const Calibration& calibration, double restless, std::optional<
                 root.cwiseInverse().asDiagonal();
 }
 
-/// What effects do to readings while the platform moves: how the attitude depends on its rate; and
+/// What effects do to readings while the platform moves: how each depends on its rate; and
 /// which way cables and swivels last went, which is hardly known while they turn over.
 void Tracker::allow_for_directions() {
   const Pose& pose = poses_.front();
@@ -113,18 +115,21 @@ void Tracker::allow_for_directions() {
   const auto misfit_with = [&](double direction) {
     Measurement m = places_.front();
     m.length_direction = m.swivel_direction = CableVector::Constant(n, direction);
+    m.length_rate_m_s = m.swivel_rate_rad_s = CableVector::Zero(n);
     m.attitude_rate_rad_s.setZero();
     GeometricReadings out;
     evaluate(robot_, effects_, m, pose, out);
     return out.misfit;
   };
   const ReadingVector at = misfit_with(0.0), turned = misfit_with(1.0);
+  const ReadingVector by_rate_s = by_own_rate(robot_, effects_, places_.front(), pose);
   for (Eigen::Index r = 0; r < offsets_.offset.size(); ++r) {
+    if (offsets_.rows[static_cast<std::size_t>(r)].inertial) continue;
     const Eigen::Index reading = offsets_.rows[static_cast<std::size_t>(r)].reading;
+    by_rate_s_[r] += by_rate_s[reading];
     const double more = turned[reading] - at[reading];
     if (std::isfinite(more)) offsets_.covariance(r, r) += more * more;
   }
-  attitude_by_rate_ += attitude_by_rate(robot_, effects_, places_.front(), pose);
 }
 
 /// What a held sensor says again is no new reading, nor is what one repeats to the last digit for
@@ -251,19 +256,12 @@ void Tracker::over_seen(Eigen::Index row, const F& f) const {
   }
 }
 
-/// Whether effects of the attitude's rate count in a reading.
-bool Tracker::has_rate(const RowLabel& label) const {
-  return !at_rest_ && row_of(label.channel).sensor == row_of(Channel::yaw).sensor;
-}
-
 double Tracker::misfit(Eigen::Index row) const {
   const KnownOffsets::Row& known = offsets_.rows[static_cast<std::size_t>(row)];
   if (known.inertial) return inertial_.misfit[known.reading] + offsets_.offset[row];
   double plain = readings_.misfit[known.reading] + offsets_.offset[row];
-  if (has_rate(known.label)) {
-    const int component = row_of(known.label.channel).first + known.label.component;
-    plain +=
-        attitude_ahead_s_ * readings_.model.attitude_by_twist.row(component).dot(now_.state.twist);
+  if (!at_rest_ && ahead_s_[row] > 0.0) {
+    plain += ahead_s_[row] * readings_.by_pose.row(known.reading).dot(now_.state.twist);
   }
   return known.angle ? wrap_angle(plain) : plain;
 }
@@ -273,10 +271,7 @@ Tracker::ByState Tracker::by_state(Eigen::Index row) const {
   if (known.inertial) return inertial_.by_state.row(known.reading);
   ByState out = ByState::Zero();
   out.head<6>() = readings_.by_pose.row(known.reading);
-  if (has_rate(known.label)) {
-    const int component = row_of(known.label.channel).first + known.label.component;
-    out.segment<6>(6) = attitude_by_rate_.row(component) * readings_.model.attitude_by_twist;
-  }
+  if (!at_rest_) out.segment<6>(6) = by_rate_s_[row] * readings_.by_pose.row(known.reading);
   return out;
 }
 
@@ -285,8 +280,11 @@ bool Tracker::evaluate_now() {
   if (!effects_.empty()) {
     sample_.length_direction = length_turn_;
     sample_.swivel_direction = swivel_turn_;
-    if (readings_.model.valid && !at_rest_)
+    if (readings_.model.valid && !at_rest_) {
+      sample_.length_rate_m_s = readings_.model.length_by_twist * now_.state.twist;
+      sample_.swivel_rate_rad_s = readings_.model.swivel_by_twist * now_.state.twist;
       sample_.attitude_rate_rad_s = readings_.model.attitude_by_twist * now_.state.twist;
+    }
   }
   if (!offsets_.rows.empty() && offsets_.rows.back().inertial) {
     evaluate(robot_, sample_, now_.state, inertial_);
@@ -732,7 +730,7 @@ Track track(const Calibration& calibration, const Log& log, int segment) {
   const Robot& robot = calibration.problem.robot;
   const CorrectedRun run(robot, log, segment);
   Track out{robot.euler_convention, {}};
-  const LateAttitudes read(calibration, run);
+  const LateReadings read(calibration, run);
   const auto follow = [&](const std::optional<LateSensor>& late) {
     Tracker tracker(calibration, 1.0, late, read.ahead_s);
     out.samples.clear();

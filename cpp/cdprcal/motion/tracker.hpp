@@ -9,6 +9,7 @@
 #include "cdprcal/motion/contradictions.hpp"
 #include "cdprcal/motion/inertial_readings.hpp"
 #include "cdprcal/motion/known_offsets.hpp"
+#include "cdprcal/motion/late_readings.hpp"
 #include "cdprcal/motion/late_sensors.hpp"
 #include "cdprcal/motion/motion_state.hpp"
 
@@ -47,10 +48,10 @@ struct TrackerStep {
 class Tracker {
  public:
   /// `restless`: so many times the jerk that the innovations show is allowed for. `late`: known
-  /// from the whole run, and need not be found again. `attitude_ahead_s`: the attitude of a sample
-  /// is the one read so much later (late_attitude.hpp). Throws InputError as known_offsets() does.
+  /// from the whole run, and need not be found again. `ahead_s`: the readings of a sample are those
+  /// read so much later (late_readings.hpp). Throws InputError as known_offsets() does.
   explicit Tracker(const Calibration& calibration, double restless = 1.0,
-                   std::optional<LateSensor> late = {}, double attitude_ahead_s = 0.0);
+                   std::optional<LateSensor> late = {}, const SensorTimes& ahead_s = {});
 
   /// Takes the next sample; one that the run's counting is lost in (a gap) is a new start. Throws
   /// InputError for a sample that is not after the last one, or of another number of cables.
@@ -98,7 +99,6 @@ class Tracker {
   [[nodiscard]] std::vector<Reading> weigh() const;
   [[nodiscard]] bool surprised(const std::vector<Reading>& readings) const;
   bool quickens(const std::vector<Reading>& readings);
-  [[nodiscard]] bool has_rate(const RowLabel& label) const;
   [[nodiscard]] double misfit(Eigen::Index row) const;
   [[nodiscard]] ByState by_state(Eigen::Index row) const;
   void leave_out_strangers(std::vector<Reading>& readings);
@@ -117,10 +117,9 @@ class Tracker {
   double size_m_;
   double turn_per_shift_;  ///< rad/m
   double taut_N_;
-  /// What effects make of its rate, a delay, less that by which it is read ahead.
-  Matrix3 attitude_by_rate_;
-  double attitude_ahead_s_;
-  bool at_rest_ = false;  ///< the first sample of a run that begins so: its attitude has no rate
+  /// Of each row: how much later it is read, and with that what effects make of its rate, a delay.
+  ReadingVector ahead_s_, by_rate_s_;
+  bool at_rest_ = false;  ///< the first sample of a run that begins so: its readings have no rate
 
   TrackerStep step_;
   MotionMatrix covariance_;

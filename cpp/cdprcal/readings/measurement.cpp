@@ -166,6 +166,8 @@ void add_path(const PathState& path, const Log& log, const SampleRange& range, d
       known(column_means(path.length_direction_open, range, n, false));
   measurement.swivel_direction_open =
       known(column_means(path.swivel_direction_open, range, n, false));
+  measurement.length_rate_m_s = known(column_means(path.length_rate_m_s, range, n, false));
+  measurement.swivel_rate_rad_s = known(column_means(path.swivel_rate_rad_s, range, n, false));
   measurement.attitude_rate_rad_s = known(column_means(path.attitude_rate_rad_s, range, 3, false));
   // The middle of the interval: what depends on time is averaged over it as well.
   measurement.run_time_s =

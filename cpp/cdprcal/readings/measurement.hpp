@@ -35,13 +35,16 @@ struct Measurement : AbsoluteFields<ReadingOf> {
   CableVector length_direction_error,
       swivel_direction_error;  ///< what s may be off (path_state.hpp)
   CableVector length_direction_open,
-      swivel_direction_open;                      ///< half of the range that s may be in
-  Vector3 attitude_rate_rad_s = Vector3::Zero();  ///< of (roll, pitch, yaw), while moving
-  int samples = 1;                                ///< readings behind the mean
+      swivel_direction_open;                       ///< half of the range that s may be in
+  Vector3 attitude_rate_rad_s = Vector3::Zero();   ///< of (roll, pitch, yaw), while moving
+  CableVector length_rate_m_s, swivel_rate_rad_s;  ///< empty: unknown
+  /// Ξᵀ dτ/dt by the readings [N/s, Nm/s]: what the balance lacks by each second that they are
+  /// late.
+  Vector6 rising_wrench = Vector6::Zero();
+  int samples = 1;  ///< readings behind the mean
   /// How the platform moves, in world axes about P: velocity and angular velocity, and their
   /// derivatives. Zero at rest.
   Vector6 twist = Vector6::Zero(), acceleration = Vector6::Zero();
-  CableVector length_rate_m_s;  ///< of the cables then; empty: unknown
   /// σ of what its motion takes, in world axes [N, Nm]: the balance is known no better.
   Vector6 inertial_sigma = Vector6::Zero();
   bool balance_counts = true;  ///< false: it is left out (a slack cable, an outlier)

@@ -88,24 +88,31 @@ void directions(const Log& log, const LogMatrix& values, double turn_over, doubl
   }
 }
 
-/// Slope of a straight line through the angles around each sample of a segment.
-void slopes(const Eigen::VectorXd& time, const Eigen::VectorXd& angles, const SampleRange& range,
-            Eigen::Ref<Eigen::VectorXd> out) {
-  Eigen::Index begin = range.begin, end = range.begin;
-  for (Eigen::Index i = range.begin; i < range.end; ++i) {
-    while (end < range.end && time[end] <= time[i] + kSlope_s + 1e-9) ++end;
-    while (time[begin] < time[i] - kSlope_s - 1e-9) ++begin;
-    if (!std::isfinite(angles[i])) continue;
-    double count = 0.0, t = 0.0, y = 0.0, tt = 0.0, ty = 0.0;
-    for (Eigen::Index j = begin; j < end; ++j) {
-      const double dy = wrap_angle(angles[j] - angles[i]);
-      if (!std::isfinite(angles[j])) continue;
-      const double dt = time[j] - time[i];
-      count += 1.0, t += dt, y += dy, tt += dt * dt, ty += dt * dy;
+/// Slopes of straight lines through the readings around each sample of a segment.
+LogMatrix slopes(const Log& log, const LogMatrix& values, bool angles) {
+  LogMatrix out = LogMatrix::Zero(values.rows(), values.cols());
+  const Eigen::VectorXd& time = log.time_s;
+  for (const SampleRange& range : segments(log)) {
+    for (Eigen::Index c = 0; c < values.cols(); ++c) {
+      const Eigen::VectorXd column = values.col(c);
+      Eigen::Index begin = range.begin, end = range.begin;
+      for (Eigen::Index i = range.begin; i < range.end; ++i) {
+        while (end < range.end && time[end] <= time[i] + kSlope_s + 1e-9) ++end;
+        while (time[begin] < time[i] - kSlope_s - 1e-9) ++begin;
+        if (!std::isfinite(column[i])) continue;
+        double count = 0.0, t = 0.0, y = 0.0, tt = 0.0, ty = 0.0;
+        for (Eigen::Index j = begin; j < end; ++j) {
+          if (!std::isfinite(column[j])) continue;
+          const double apart = column[j] - column[i], dy = angles ? wrap_angle(apart) : apart;
+          const double dt = time[j] - time[i];
+          count += 1.0, t += dt, y += dy, tt += dt * dt, ty += dt * dy;
+        }
+        const double spread = tt - t * t / std::max(count, 1.0);
+        if (count >= 3.0 && spread > 0.0) out(i, c) = (ty - t * y / count) / spread;
+      }
     }
-    const double spread = tt - t * t / std::max(count, 1.0);
-    if (count >= 3.0 && spread > 0.0) out[i] = (ty - t * y / count) / spread;
   }
+  return out;
 }
 
 }  // namespace
@@ -118,15 +125,9 @@ PathState path_state(const Robot& robot, const Log& log, double smoothing_s) {
              state.length_direction, state.length_direction_error, state.length_direction_open);
   directions(log, log.swivel_rad, kTurnOver_rad, smoothing_s, true, state.swivel_direction,
              state.swivel_direction_error, state.swivel_direction_open);
-  state.attitude_rate_rad_s =
-      LogMatrix::Zero(log.roll_pitch_yaw_rad.rows(), log.roll_pitch_yaw_rad.cols());
-  for (const SampleRange& range : segments(log)) {
-    for (Eigen::Index c = 0; c < log.roll_pitch_yaw_rad.cols(); ++c) {
-      Eigen::VectorXd rate = state.attitude_rate_rad_s.col(c);
-      slopes(log.time_s, log.roll_pitch_yaw_rad.col(c), range, rate);
-      state.attitude_rate_rad_s.col(c) = rate;
-    }
-  }
+  state.length_rate_m_s = slopes(log, lengths != nullptr ? *lengths : none, false);
+  state.swivel_rate_rad_s = slopes(log, log.swivel_rad, true);
+  state.attitude_rate_rad_s = slopes(log, log.roll_pitch_yaw_rad, true);
   return state;
 }
 

@@ -19,7 +19,8 @@ struct PathState {
   LogMatrix swivel_direction;                                ///< [N, n] or [N, 0]
   LogMatrix length_direction_error, swivel_direction_error;  ///< s of one σ − s: what it may be off
   LogMatrix length_direction_open, swivel_direction_open;    ///< half the range that s may be in
-  LogMatrix attitude_rate_rad_s;  ///< [N, 3] or [N, 0]: slope over ±0.3 s
+  /// [N, n], attitude [N, 3], or [N, 0]: slopes over ±0.3 s.
+  LogMatrix length_rate_m_s, swivel_rate_rad_s, attitude_rate_rad_s;
 };
 
 /// `robot`: for how far its cables go to turn friction over.

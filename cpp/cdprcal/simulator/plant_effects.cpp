@@ -36,6 +36,13 @@ std::vector<ParameterLayout> moment(const char* size) {
   return {{"time_s", kScalar}, {"cable", kScalar, ValueRange::cable}, {size, kScalar}};
 }
 
+/// Of one sensor's readings, on top of what they are late by already.
+void add_delay(V& v, double& delay_s, const char* effect) {
+  delay_s += v.scalar();
+  if (!(delay_s > 2.0)) return;
+  throw InputError("effect " + std::string(effect) + ": must be at most 2 s");
+}
+
 /// How far a step of temperature has come through at `time_s`.
 double warmed(double step_s, double time_s) {
   constexpr double kWarming_s = 20.0;
@@ -230,10 +237,13 @@ std::vector<InjectableEffect> rows() {
              });
        }},
       {"sensor_delay", "the attitude arrives late",
-       [](V& v, P& p) {
-         p.attitude_delay_s += v.scalar();
-         if (p.attitude_delay_s > 2.0) throw InputError("effect sensor_delay: must be at most 2 s");
-       }},
+       [](V& v, P& p) { add_delay(v, p.attitude_delay_s, "sensor_delay"); }},
+      {"length_delay", "the lengths arrive late",
+       [](V& v, P& p) { add_delay(v, p.length_delay_s, "length_delay"); }},
+      {"swivel_delay", "the swivel angles arrive late",
+       [](V& v, P& p) { add_delay(v, p.swivel_delay_s, "swivel_delay"); }},
+      {"tension_delay", "the tensions arrive late",
+       [](V& v, P& p) { add_delay(v, p.tension_delay_s, "tension_delay"); }},
       {"length_sign", "the encoder counts backwards",
        [](V& v, P& p) { p.length_sign.array() *= v.per_cable().array(); }},
       {"swivel_sign", "the swivel encoder counts backwards",

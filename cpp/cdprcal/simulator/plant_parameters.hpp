@@ -78,7 +78,8 @@ struct PlantParameters {
   EulerConvention euler_convention = EulerConvention::XYZ;
   /// (true pose, time [s], roll pitch yaw to change)
   std::vector<std::function<void(const Pose&, double, Vector3&)>> attitude_rad;
-  double attitude_delay_s = 0.0;  ///< on top of the sensor's own
+  // On top of the sensors' own
+  double attitude_delay_s = 0.0, length_delay_s = 0.0, swivel_delay_s = 0.0, tension_delay_s = 0.0;
   // Maps from the sensor to the log
   CableVector length_sign, swivel_sign, length_factor, swivel_factor, tension_factor;
   std::vector<int> cable_order;  ///< reading i is that of this cable

@@ -21,9 +21,9 @@ double reading(double value, const SensorChannel& channel, RandomNormal& random)
 SensorBank::SensorBank(const PlantParameters& parameters, const SimulatorOptions& options)
     : p_(parameters), options_(options.sensors), seed_(options.seed), unit_(p_, options.sensors) {
   const SensorOptions& s = options_;
-  length_clock_ = {1.0 / s.length_m.rate_Hz, s.length_m.delay_s};
-  swivel_clock_ = {1.0 / s.swivel_rad.rate_Hz, s.swivel_rad.delay_s};
-  tension_clock_ = {1.0 / s.tension_N.rate_Hz, s.tension_N.delay_s};
+  length_clock_ = {1.0 / s.length_m.rate_Hz, s.length_m.delay_s + p_.length_delay_s};
+  swivel_clock_ = {1.0 / s.swivel_rad.rate_Hz, s.swivel_rad.delay_s + p_.swivel_delay_s};
+  tension_clock_ = {1.0 / s.tension_N.rate_Hz, s.tension_N.delay_s + p_.tension_delay_s};
   attitude_clock_ = {1.0 / s.roll_pitch_rad.rate_Hz,
                      s.roll_pitch_rad.delay_s + p_.attitude_delay_s};
   for (const Clock& c : {length_clock_, swivel_clock_, tension_clock_, attitude_clock_}) {

@@ -95,8 +95,8 @@ INSTANTIATE_TEST_SUITE_P(Catalogue, Written, ::testing::ValuesIn(written_catalog
                          [](const auto& info) { return info.param->name(); });
 
 TEST(TextEffects, TheWholeCatalogueIsWritten) {
-  // But what has more numbers than a formula may have.
-  EXPECT_EQ(written_catalogue().size() + 1, effect_catalogue().size());
+  // But what has more numbers than a formula may have, and what asks for the rate of a wrench.
+  EXPECT_EQ(written_catalogue().size() + 2, effect_catalogue().size());
   EXPECT_EQ(find_effect("umbilical")->size(4), 12);
 }
 

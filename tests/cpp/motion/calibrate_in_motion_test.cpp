@@ -101,25 +101,28 @@ TEST(InMotion, ShortRunsSayMoreThanTheirRestsAlone) {
   EXPECT_LT(motion_m2, 0.8 * rests_m2);
 }
 
-TEST(InMotion, FindsHowLateTheAttitudeIs) {
+TEST(InMotion, FindsWhichSensorIsLateAndByHowMuch) {
   const Robot robot = load_robot("irma4");
-  for (const double delay_s : {0.0, 0.04}) {
+  for (const char* late : {"", "sensor_delay", "length_delay", "swivel_delay", "tension_delay"}) {
+    constexpr double kDelay_s = 0.04;
+    const bool none = *late == '\0';
     StartUpPlan plan;
     plan.setpoint_N = default_setpoints(robot, 2, 2, 1);
     StartUpRunOptions options;
     options.log_rate_Hz = 100.0;
     options.startup.wait_for_rest = false;
-    options.simulator.effects = {{"sensor_delay", {delay_s}}};
+    if (!none) options.simulator.effects = {{late, {kDelay_s}}};
     const StartUpRun run = simulate_startup(robot, plan, options);
     const InMotion found = calibrate_in_motion(robot, run.log);
     ASSERT_TRUE(found.in_motion) << found.calibration.result.reason;
-    ASSERT_EQ(found.beside.late.size(), delay_s > 0.0 ? 1U : 0U);
-    if (!found.beside.late.empty()) {
-      EXPECT_NEAR(found.beside.late[0].values[0], delay_s, 0.005);
+    ASSERT_EQ(found.beside.late.size(), none ? 0U : 1U) << late;
+    if (!none) {
+      EXPECT_EQ(found.beside.late[0].effect->name(), late);
+      EXPECT_NEAR(found.beside.late[0].values[0], kDelay_s, 0.01) << late;
     }
     const CalibrationResult& result = found.calibration.result;
     const Vector6 error = minus(result.poses[0], run.truth[0].pose);
-    EXPECT_LT(error.dot(solve_symmetric(*result.covariance, error)), 22.5);  // 99.9 %
+    EXPECT_LT(error.dot(solve_symmetric(*result.covariance, error)), 22.5) << late;  // 99.9 %
   }
 }
 
@@ -266,15 +269,19 @@ TEST(MiddleReading, IsExactOfParabolas) {
     }
   }
   const SampleRange run{0, kSamples};
-  const Measurement m = middle_reading(log, run, 10, 0.25, 3);
+  log.tension_N = log.length_m;
+  CableVector rate_N_s;
+  const Measurement m = middle_reading(log, run, 10, 0.25, 3, rate_N_s);
   for (Eigen::Index c = 0; c < 3; ++c) {
     EXPECT_NEAR(m.length_m[c], log.length_m(10, c), 1e-12);
     EXPECT_NEAR(wrap_angle(m.roll_pitch_yaw_rad[c] - log.roll_pitch_yaw_rad(10, c)), 0.0, 1e-12);
+    EXPECT_NEAR(rate_N_s[c], 0.2 + 2.0 * static_cast<double>(c) * log.time_s[10], 1e-9);
   }
   EXPECT_EQ(m.samples, 4);  // 11 readings: the middle of a parabola has 0.207 of their variance
-  EXPECT_EQ(middle_reading(log, run, 0, 0.25, 3).samples, 1);  // nothing before it
+  EXPECT_EQ(middle_reading(log, run, 0, 0.25, 3, rate_N_s).samples, 1);  // nothing before it
+  EXPECT_EQ(rate_N_s, CableVector::Zero(3));
   log.length_m(9, 1) = kNaN;
-  EXPECT_EQ(middle_reading(log, run, 10, 0.25, 3).length_m[1], log.length_m(10, 1));
+  EXPECT_EQ(middle_reading(log, run, 10, 0.25, 3, rate_N_s).length_m[1], log.length_m(10, 1));
 }
 
 }  // namespace

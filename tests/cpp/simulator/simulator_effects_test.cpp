@@ -466,20 +466,31 @@ TEST_F(InjectedEffects, Attitude) {
   EXPECT_CLOSE(r.sample.roll_pitch_yaw_rad, r.euler + Vector3(0.0, 0.0, turned), 1e-9);
 }
 
-TEST_F(InjectedEffects, SensorDelayIsOfTheAttitudeAlone) {
-  start({"sensor_delay=0.12"});
-  simulator->command_tension(plan.setpoint_N[1]);
-  std::vector<Vector3> euler;
-  for (int i = 0; i < 200; ++i) {
-    const Rest r = look();
-    euler.push_back(r.euler);
-    if (i > 12) {
-      EXPECT_CLOSE(r.sample.roll_pitch_yaw_rad, euler[euler.size() - 13], 1e-9);
+TEST_F(InjectedEffects, ADelayIsOfOneSensorAlone) {
+  constexpr std::array kDelays{"length_delay=0.12", "swivel_delay=0.12", "tension_delay=0.12",
+                               "sensor_delay=0.12"};
+  const auto moved = [&](const std::vector<std::string>& effects) {
+    start(effects);
+    simulator->command_tension(plan.setpoint_N[1]);
+    std::vector<std::array<Eigen::VectorXd, kDelays.size()>> out;
+    for (int i = 0; i < 200; ++i) {
+      const auto& now = look().sample;
+      out.push_back({now.length_m, now.swivel_rad, now.tension_N, now.roll_pitch_yaw_rad});
+      simulator->advance(0.01);
     }
-    EXPECT_CLOSE(r.sample.swivel_rad, r.ideal.swivel_rad(), 1e-9);
-    simulator->advance(0.01);
+    return out;
+  };
+  const auto plain = moved({});
+  for (std::size_t late = 0; late < kDelays.size(); ++late) {
+    // Winches and plant go as without: what is read late steers nothing here.
+    const auto seen = moved({kDelays[late]});
+    EXPECT_GT((seen[100][late] - seen[88][late]).norm(), 1e-3) << "it did move";
+    for (std::size_t i = 13; i < seen.size(); ++i) {
+      for (std::size_t s = 0; s < kDelays.size(); ++s) {
+        EXPECT_CLOSE(seen[i][s], plain[s == late ? i - 12 : i][s], 1e-9) << kDelays[late] << s;
+      }
+    }
   }
-  EXPECT_GT((euler[100] - euler[88]).norm(), 1e-3);  // it did move
 }
 
 TEST_F(InjectedEffects, DiscreteMaps) {
@@ -631,7 +642,10 @@ TEST_F(InjectedEffects, ALogOfEveryEffectIsComplete) {
                                      "attitude_scale=0.02,-0.02",
                                      "yaw_drift=0.0002",
                                      "magnetic_disturbance=0.02,0.03,0.01",
-                                     "sensor_delay=0.05"};
+                                     "sensor_delay=0.05",
+                                     "length_delay=0.05",
+                                     "swivel_delay=0.05",
+                                     "tension_delay=0.05"};
   StartUpRunOptions options;
   for (const std::string& text : all) {
     options.simulator.effects.push_back(parse_injected_effect(text));

@@ -22,8 +22,12 @@ inline Measurement random_measurement(Rng& rng, const RobotPose& at) {
     (m.*of) << uniform_vector(rng, Vector3::Constant(-0.5), Vector3::Constant(0.5)),
         uniform_vector(rng, Vector3::Constant(-1.0), Vector3::Constant(1.0));
   }
-  m.length_rate_m_s.resize(n);
-  for (double& rate_m_s : m.length_rate_m_s) rate_m_s = uniform(rng, -0.3, 0.3);
+  for (const auto rate : {&Measurement::length_rate_m_s, &Measurement::swivel_rate_rad_s}) {
+    (m.*rate).resize(n);
+    for (double& one : m.*rate) one = uniform(rng, -0.3, 0.3);
+  }
+  m.rising_wrench << uniform_vector(rng, Vector3::Constant(-5.0), Vector3::Constant(5.0)),
+      uniform_vector(rng, Vector3::Constant(-1.0), Vector3::Constant(1.0));
   m.attitude_rate_rad_s = uniform_vector(rng, Vector3::Constant(-0.3), Vector3::Constant(0.3));
   return m;
 }

@@ -38,6 +38,7 @@ _OF_LOAD_CELLS = {
 }
 _OF_SWIVELS = {
     "swivel_hysteresis",
+    "swivel_delay",
     "swivel_scale",
     "swivel_sign",
     "swivel_eccentricity",

@@ -37,7 +37,7 @@ CLASSES: dict[str, tuple[str, ...]] = {
         "inertia",
     ),
     "attitude": ("ahrs_misalignment", "attitude_scale", "yaw_drift", "magnetic_disturbance"),
-    "timing": ("sensor_delay",),
+    "timing": ("sensor_delay", "length_delay", "swivel_delay", "tension_delay"),
 }
 
 
