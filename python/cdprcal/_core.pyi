@@ -3133,9 +3133,21 @@ class PathState:
         """
 
     @property
+    def length_rate_m_s(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        [N, n] slopes over 0.6 s.
+        """
+
+    @property
     def swivel_direction(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         """
         [N, n] the same for the swivels; +1 after a positive turn.
+        """
+
+    @property
+    def swivel_rate_rad_s(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        [N, n] the same.
         """
 
 class DiagnosisModel:
@@ -4942,7 +4954,7 @@ class InMotion:
     @property
     def late(self) -> list[AppliedEffect]:
         """
-        List of AppliedEffect: what makes readings of one moment belong to different ones (sensor_delay), found beside the pose where it is clear; a copy.
+        List of AppliedEffect: what makes readings of one moment belong to different ones (sensor_delay, swivel_delay ...), found beside the pose where it is clear; a copy.
         """
 
     @property

@@ -274,8 +274,8 @@ def swivels(robot: cdprcal.Robot, pose: cdprcal.Pose) -> Array:
 
 def late(run: Swing, rows: int, sensor: str = "roll_pitch_yaw_rad") -> Swing:
     """As logged by a program to which readings of one sensor come so many rows late."""
-    read = {
-        name: getattr(run.log, name)[: -rows or None] if name == sensor else getattr(run.log, name)[rows:]
-        for name in ("time_s", "length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad")
-    }
+    read = {}
+    for name in ("time_s", "length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad"):
+        values = getattr(run.log, name)
+        read[name] = values[: len(values) - rows] if name == sensor else values[rows:]
     return Swing(cdprcal.Log(**read), run.poses[rows:])
