@@ -309,7 +309,7 @@ def test_wrong_use_is_one_message(
 def test_the_catalogue_is_data() -> None:
     catalogue = cdprcal.effect_catalogue()
     names = [info.name for info in catalogue]
-    assert len(names) == len(set(names)) == 30
+    assert len(names) == len(set(names)) == 33
     for info in catalogue:
         assert info.equation
         assert info.sentence

@@ -12,7 +12,7 @@ void add_inertia(const Robot& robot, const PlatformState& state, const Measureme
   if (!measurement.moves()) return;
   const InertialWrench inertial =
       inertial_wrench(robot, state, measurement.twist, measurement.acceleration);
-  out.wrench += inertial.wrench;
+  out.wrench += inertial.wrench + measurement.excess_wrench;
   out.wrench_by_twist.rightCols<3>() += inertial.by_rotation;
 }
 

@@ -24,7 +24,8 @@ class Delay : public Effect {
               .one_sided = true,
               .of_lateness = true} {}
   const EffectInfo& info() const override { return info_; }
-  Shows shows() const override { return Shows::in_motion; }
+  /// In single samples between rests what has no name looks like it: friction, creep, play.
+  Shows shows() const override { return Shows::in_moving_balance; }
 
  private:
   EffectInfo info_;
@@ -33,6 +34,7 @@ class Delay : public Effect {
 class AttitudeDelay final : public Delay {
  public:
   using Delay::Delay;
+  Shows shows() const override { return Shows::in_motion; }
   void add_to_readings(const EffectContext& context, const EffectValues& delay_s,
                        PoseEvaluation& evaluation) const override {
     evaluation.roll_pitch_yaw_rad -= delay_s[0] * context.measurement.attitude_rate_rad_s;
@@ -74,7 +76,6 @@ class CableDelay final : public Delay {
 class TensionDelay final : public Delay {
  public:
   using Delay::Delay;
-  Shows shows() const override { return Shows::in_moving_balance; }
   void add_to_readings(const EffectContext& context, const EffectValues& delay_s,
                        PoseEvaluation& evaluation) const override {
     evaluation.wrench += delay_s[0] * context.measurement.rising_wrench;

@@ -129,14 +129,14 @@ const std::array<Variable, 38> kVariables{{
     {"swivel_direction", "the same of the swivel: +1 after a positive turn", kEach, Of::reading,
      -1.0, 1.0,
      [](const Place& p) { return Slope(p.entry_of(p.context->measurement.swivel_direction)); }},
-    {"length_rate_m_s", "how fast the cable pays out: shows only in motion", kEach, Of::reading,
-     -0.2, 0.2,
+    {"length_rate_m_s",
+     "how fast the cable pays out: shows only where the balance in motion counts", kEach,
+     Of::reading, -0.2, 0.2,
      [](const Place& p) { return Slope(p.entry_of(p.context->measurement.length_rate_m_s)); },
-     Shows::in_motion},
-    {"swivel_rate_rad_s", "how fast its swivel turns: shows only in motion", kEach, Of::reading,
-     -0.2, 0.2,
+     Shows::in_moving_balance},
+    {"swivel_rate_rad_s", "how fast its swivel turns: the same", kEach, Of::reading, -0.2, 0.2,
      [](const Place& p) { return Slope(p.entry_of(p.context->measurement.swivel_rate_rad_s)); },
-     Shows::in_motion},
+     Shows::in_moving_balance},
     {"cable", "number of the cable, from 1", kEach, Of::machine, 1.0, 4.0,
      [](const Place& p) { return Slope(p.cable + 1.0); }},
     {"pulley_x_m", "place of the cable's pulley from the middle of all pulleys, world axes", kEach,
@@ -178,11 +178,6 @@ const std::array<Variable, 38> kVariables{{
 }};
 
 enum class Kind { length, swivel, attitude, tension, anchor_force, force, moment, robot };
-/// Whether it acts on what must balance, and not on what is read of the pose.
-bool is_balanced(Kind kind) {
-  return kind == Kind::tension || kind == Kind::anchor_force || kind == Kind::force ||
-         kind == Kind::moment;
-}
 
 struct Target {
   const char* name;
@@ -297,12 +292,7 @@ class TextEffect final : public Effect {
       if (term.target->as_effect) {
         out = std::max(out, find_effect(term.target->as_effect)->shows());
       }
-      for (const std::size_t v : term.variables) {
-        const bool moves = kVariables[v].shows != Shows::at_rest;
-        if (moves)
-          out = std::max(
-              out, is_balanced(term.target->kind) ? Shows::in_moving_balance : Shows::in_motion);
-      }
+      for (const std::size_t v : term.variables) out = std::max(out, kVariables[v].shows);
     }
     return out;
   }

@@ -14,6 +14,7 @@
 #include "cdprcal/error.hpp"
 #include "cdprcal/evidence/scan.hpp"
 #include "cdprcal/motion/geometric_readings.hpp"
+#include "cdprcal/motion/known_accelerations.hpp"
 #include "cdprcal/motion/known_offsets.hpp"
 #include "cdprcal/motion/late_readings.hpp"
 #include "cdprcal/motion/locked.hpp"
@@ -124,10 +125,9 @@ ActiveEffects effects_with(const MovingRun& moving, const Beside& beside) {
 }
 
 /// How well it is known what the motion of a sample takes [N, Nm].
-Vector6 inertial_sigma(const Robot& robot, const SmoothedSample& sample) {
+Matrix6 inertial_covariance(const Robot& robot, const SmoothedSample& sample) {
   const Matrix6 mass = mass_matrix(robot, platform_state(robot, sample.state.pose));
-  const Matrix6 known = mass * sample.covariance.bottomRightCorner<6, 6>() * mass.transpose();
-  return known.diagonal().cwiseMax(0.0).cwiseSqrt();
+  return mass * sample.covariance.bottomRightCorner<6, 6>() * mass.transpose();
 }
 
 /// Whether some load cells say nothing at a row.
@@ -148,18 +148,15 @@ SampleRange rows_around(const Log& log, const SampleRange& run, Eigen::Index row
 
 /// What the twist makes of readings; and those that were read ahead as ones that come late by the
 /// first term alone, which is what effects of their rate take them for.
-void take_rates(const Robot& robot, const GeometricReadings& at, const SmoothedSample& sample,
-                const SensorTimes& ahead_s, Measurement& m) {
-  const Vector6 twist = m.moves() ? m.twist : sample.state.twist;
+void take_rates(const GeometricReadings& at, const Vector6& twist, const SensorTimes& ahead_s,
+                Measurement& m) {
   m.length_rate_m_s = at.model.length_by_twist * twist;
   m.swivel_rate_rad_s = at.model.swivel_by_twist * twist;
   m.attitude_rate_rad_s = at.model.attitude_by_twist * twist;
   m.length_m -= ahead_s[Channel::length] * m.length_rate_m_s;
   m.swivel_rad -= ahead_s[Channel::swivel] * m.swivel_rate_rad_s;
   m.roll_pitch_yaw_rad -= ahead_s[Channel::yaw] * m.attitude_rate_rad_s;
-  if (!(ahead_s[Channel::balance] > 0.0)) return;
-  const Matrix6 mass = mass_matrix(robot, platform_state(robot, sample.state.pose));
-  m.acceleration -= solve_symmetric(mass, Vector6(ahead_s[Channel::balance] * m.rising_wrench));
+  m.excess_wrench -= ahead_s[Channel::balance] * m.rising_wrench;
 }
 
 /// The first sample of a run that begins in motion.
@@ -172,7 +169,7 @@ void begin_in_motion(const LateReadings& read, const SmoothedSample& begin, cons
   first.length_m = ahead.length_m;
   first.swivel_rad = ahead.swivel_rad;
   first.roll_pitch_yaw_rad = ahead.roll_pitch_yaw_rad;
-  take_rates(robot, model, begin, read.ahead_s, first);
+  take_rates(model, begin.state.twist, read.ahead_s, first);
 }
 
 /// The moments of motion beside the rests of a calibration: measurements and guesses are appended;
@@ -200,7 +197,7 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving, const
   const double each_s = 2.0 * (stretches ? stretches->half_s() : half_s);
   const double spacing_s =
       std::max(moving.options.spacing * each_s, lasts_s / moving.options.most_moments);
-  const std::size_t rests = guess.size();
+  std::vector<Matrix6> noise;
   double last_s = begin_s;
   for (Eigen::Index row = run.rows.begin + 1; row < run.rows.end; ++row) {
     const double time_s = log.time_s[row];
@@ -213,9 +210,10 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving, const
     // Tensions that nothing reads are found from the balance of their own moment.
     const bool alone = !stretches || is_partly_read(log, row);
     CableVector tension_rate_N_s;
+    Matrix6 covariance;
     std::optional<Measurement> about =
         alone ? middle_reading(log, run.rows, row, half_s, robot.cable_count(), tension_rate_N_s)
-              : stretches->about(row);
+              : stretches->about(row, covariance);
     if (!about) continue;
     Measurement& m = *about;
     add_path(
@@ -227,16 +225,24 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving, const
     if (alone) {
       m.twist = state.twist;
       m.acceleration = state.acceleration;
-      m.inertial_sigma = inertial_sigma(robot, sample);
+      covariance = inertial_covariance(robot, sample);
+      m.inertial_sigma = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
       m.rising_wrench = structure_matrix(platform_state(robot, state.pose)) * tension_rate_N_s;
     }
-    take_rates(robot, model, sample, read.ahead_s, m);
+    take_rates(model, m.twist, read.ahead_s, m);
     m.balance_counts = !is_pushed(pushed, time_s, 0.5 * each_s);
     last_s = time_s;
     problem.measurements.push_back(std::move(m));
     guess.push_back(state.pose);
+    noise.push_back(covariance);
   }
-  return guess.size() - rests;
+  const std::span<Measurement> moments(problem.measurements.end() - std::ssize(noise),
+                                       problem.measurements.end());
+  const std::vector<Pose> poses(guess.end() - std::ssize(noise), guess.end());
+  if (moving.options.multiplied) {
+    shrink_accelerations(robot, poses, noise, 1.0 / moving.options.spacing, moments);
+  }
+  return moments.size();
 }
 
 /// Of the moments of a calibration in motion, which come last.
@@ -525,6 +531,7 @@ InMotion by_all_rows(const Robot& robot, const Log& log, const InMotionOptions& 
   silent.calibrate.solve.explain = false;
   // However few moments shall count, path and delays are found by all that there are.
   silent.spacing = std::min(options.spacing, InMotionOptions().spacing);
+  silent.multiplied = false;
   MovingRun moving{
       silent, run,   path_state(robot, run.log), known_effects(robot, log, options.calibrate),
       true,   pushed};
@@ -533,8 +540,9 @@ InMotion by_all_rows(const Robot& robot, const Log& log, const InMotionOptions& 
     found = rests_and_motion(plain, log, moving);
     if (found && converged(*found)) break;
   }
-  if (found && converged(*found) && silent.spacing < options.spacing) {
+  if (found && converged(*found) && (options.multiplied || silent.spacing < options.spacing)) {
     silent.spacing = options.spacing;
+    silent.multiplied = options.multiplied;
     InMotion fewer =
         with_motion(next_start(*found, moving, found->beside), moving, kClear, found->beside);
     fewer.moved = found->moved;
@@ -595,7 +603,7 @@ InMotionOptions for_a_search() {
   options.calibrate.allow_for_effects = false;
   options.most_moments = 300;
   options.spacing = 1.0;
-  options.contradicted = true;
+  options.multiplied = options.contradicted = true;
   return options;
 }
 

@@ -19,6 +19,8 @@ struct InMotionOptions {
   /// leave none out.
   double spacing = 0.25;
   int rounds = 2;  ///< how often the motion is found anew
+  /// Accelerations are those that effects may multiply (known_accelerations.hpp).
+  bool multiplied = false;
   /// Rests and motion also where load cells contradict what geometry agrees on: not converged, for
   /// a search of what is wrong.
   bool contradicted = false;

@@ -43,12 +43,15 @@ OwnPose own_pose(const GeometricReadings& at, const KnownOffsets& known) {
   return {-covariance * gradient, covariance};
 }
 
-/// Between the rows before and after: the mean over a stretch is that of one that is smooth.
+/// Between the rows before and after: the mean over a stretch is that of one that is smooth. 0
+/// where nobody reads it.
 CableVector tension_rate_N_s(const CorrectedRun& run, Eigen::Index row, int n) {
   const Eigen::Index before = std::max(row - 1, run.rows.begin);
   const Eigen::Index after = std::min(row + 1, run.rows.end - 1);
-  if (before == after || run.log.tension_N.cols() == 0) return CableVector::Constant(n, kNaN);
-  return (run.log.tension_N.row(after) - run.log.tension_N.row(before)).transpose() /
+  if (before == after || run.log.tension_N.cols() == 0) return CableVector::Zero(n);
+  const CableVector change_N =
+      (run.log.tension_N.row(after) - run.log.tension_N.row(before)).transpose();
+  return change_N.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; }) /
          (run.log.time_s[after] - run.log.time_s[before]);
 }
 
@@ -118,7 +121,7 @@ void Stretches::mark_slack(double around_s, double tension_sigma_N) {
   }
 }
 
-std::optional<Measurement> Stretches::about(Eigen::Index row) const {
+std::optional<Measurement> Stretches::about(Eigen::Index row, Matrix6& inertial_covariance) const {
   const Log& log = run_.log;
   const SampleRange& rows = run_.rows;
   const double middle_s = log.time_s[row];
@@ -190,9 +193,9 @@ std::optional<Measurement> Stretches::about(Eigen::Index row) const {
                  at_rest.mass,
                  Vector6(balance - wrench_residual(robot_, state, m.tension_N) - at_rest.wrench));
   const double apart_s = half_s_ / (kSquare * m.samples);
-  const Matrix6 known = at_rest.mass * sample_covariance_ * at_rest.mass.transpose();
-  m.inertial_sigma =
-      (kCurvature * apart_s / std::pow(half_s_, 5) * known.diagonal().cwiseMax(0.0)).cwiseSqrt();
+  inertial_covariance = kCurvature * apart_s / std::pow(half_s_, 5) * at_rest.mass *
+                        sample_covariance_ * at_rest.mass.transpose();
+  m.inertial_sigma = inertial_covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   return m;
 }
 

@@ -29,8 +29,9 @@ class Stretches {
   /// The stretch about a row as a measurement at the path's pose there: readings, twist, and as its
   /// acceleration what makes the balance at that pose the mean. Nothing where the run does not go
   /// that far to both sides, the path has gaps, a cable is slack for a while, or tensions are not
-  /// read.
-  [[nodiscard]] std::optional<Measurement> about(Eigen::Index row) const;
+  /// read. `inertial_covariance`: of what its motion takes [N, Nm].
+  [[nodiscard]] std::optional<Measurement> about(Eigen::Index row,
+                                                 Matrix6& inertial_covariance) const;
 
  private:
   struct Row {

@@ -47,6 +47,8 @@ struct Measurement : AbsoluteFields<ReadingOf> {
   Vector6 twist = Vector6::Zero(), acceleration = Vector6::Zero();
   /// σ of what its motion takes, in world axes [N, Nm]: the balance is known no better.
   Vector6 inertial_sigma = Vector6::Zero();
+  /// What that takes beside the acceleration [N, Nm]: no effect scales it.
+  Vector6 excess_wrench = Vector6::Zero();
   bool balance_counts = true;  ///< false: it is left out (a slack cable, an outlier)
   /// The tensions less what a fit's balance takes for their noise; empty: not known.
   CableVector balanced_tension_N;
