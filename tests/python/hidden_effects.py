@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 import cdprcal
-from cdprcal.diagnosis.shapes import value_shape
+from cdprcal.diagnosis.document import value_shape
 
 
 def drawn_effect(

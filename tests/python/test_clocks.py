@@ -9,8 +9,8 @@ import time
 import can
 import pytest
 
+from cdprcal.hardware.connect import leave_priority, take_priority
 from cdprcal.hardware.drives.fieldbus import RealClock, SimulatedClock
-from cdprcal.hardware.real_time import leave_priority, take_priority
 
 
 def test_the_real_clock_sleeps_until_a_time_and_not_at_all_until_one_that_has_passed() -> None:

@@ -22,8 +22,8 @@ from cdprcal import sensors
 from cdprcal.io import LogFile, load_log, save_log
 from cdprcal.io.marks import marks_in
 from cdprcal.mapping import Line, Proposal, load_mapped, parse_map, propose_file, read_raw
-from cdprcal.mapping.counter import unwrapped
 from cdprcal.mapping.document import GROUPS, QUATERNIONS
+from cdprcal.mapping.raw import unwrapped
 from cdprcal.mapping.recognise import taken_apart
 from cdprcal.mapping.units import UNITS, factor, unit_named
 from cdprcal.ros2 import save_bag

@@ -23,13 +23,12 @@ from cdprcal import StartUpState
 from cdprcal.acquisition import acquire, start_up_plan
 from cdprcal.cli import devices
 from cdprcal.hardware import BackendError
-from cdprcal.hardware.connect import SessionBackend
+from cdprcal.hardware.connect import SessionBackend, leave_priority, take_priority
 from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.drives.cia402 import State
 from cdprcal.hardware.drives.fieldbus import SimulatedClock
 from cdprcal.hardware.drives.guard import Guard, torque_range
 from cdprcal.hardware.drives.process_data import Image, Values
-from cdprcal.hardware.real_time import leave_priority, take_priority
 from cdprcal.hardware.session import Session, parse_session
 from cdprcal.hardware.simulated import start_of
 from cdprcal.io import AcquisitionInputs, load_log, open_live_log, read_inputs

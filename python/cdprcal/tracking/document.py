@@ -11,7 +11,6 @@ from cdprcal import _core
 from cdprcal.check.subject import stretches
 from cdprcal.findings import Finding
 from cdprcal.results import number, numbers, pose_as_dict
-from cdprcal.tracking.deviations import deviations
 
 
 def track_as_dict(
@@ -75,3 +74,8 @@ def _untrusted(track: _core.Track, time_s: Any, trusted: Any) -> Iterable[dict[s
             "samples": end - begin,
             "reason": track[begin].reason,
         }
+
+
+def deviations(covariances: Any) -> Any:
+    """Roots of the diagonals: [..., n, n] → [..., n]."""
+    return np.sqrt(np.diagonal(covariances, axis1=-2, axis2=-1))

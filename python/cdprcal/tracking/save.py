@@ -9,7 +9,7 @@ import numpy as np
 
 from cdprcal import _core
 from cdprcal.io.files import write_texts
-from cdprcal.tracking.deviations import deviations
+from cdprcal.tracking.document import deviations
 
 _AXES = "xyz"
 
