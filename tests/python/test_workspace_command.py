@@ -282,7 +282,7 @@ def test_ctrl_c_leaves_what_was_found(
 
         yield show
 
-    monkeypatch.setattr("cdprcal.cli.progress.progress_bar", bar_with_ctrl_c)
+    monkeypatch.setattr("cdprcal.terminal.progress_bar", bar_with_ctrl_c)
     path = tmp_path / "part.ply"
     document = cli("workspace", "irma4", "-o", path, "--json").document(1)
     assert not document["complete"]
