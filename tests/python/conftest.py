@@ -114,6 +114,12 @@ def synthetic(robot: cdprcal.Robot) -> cdprcal.SyntheticLog:
     return cdprcal.synthetic_log(robot, [np.array(t) for t in TABLE_II_TENSIONS_N], options)
 
 
+@pytest.fixture(scope="session")
+def log(synthetic: cdprcal.SyntheticLog) -> cdprcal.Log:
+    """What was read on the synthetic run."""
+    return synthetic.log
+
+
 @pytest.fixture
 def log_path(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> Path:
     """The synthetic run as a canonical CSV log."""

@@ -181,10 +181,10 @@ def test_the_result_file_holds_the_result_and_its_inputs(
 
 
 def test_an_unobservable_pose_is_exit_1_and_still_json(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+    cli: Cli, log: cdprcal.Log, tmp_path: Path
 ) -> None:
     path = tmp_path / "poor.csv"
-    poor = changed(synthetic.log, swivel_rad=None, tension_N=None)
+    poor = changed(log, swivel_rad=None, tension_N=None)
     cdprcal.write_log(poor, str(path))
     ran = cli("calibrate", "irma4", path, "--json", "--method", "kinematic", "--at", "1,10")
     result = strict(ran.stdout)
@@ -196,7 +196,7 @@ def test_an_unobservable_pose_is_exit_1_and_still_json(
 
 @pytest.mark.parametrize("kind", ["csv", "mcap", "raw"])
 def test_a_log_of_any_kind_is_taken_whatever_its_name(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path, kind: str
+    cli: Cli, log: cdprcal.Log, log_path: Path, tmp_path: Path, kind: str
 ) -> None:
     path = tmp_path / "log.txt"
     if kind == "csv":
@@ -205,38 +205,36 @@ def test_a_log_of_any_kind_is_taken_whatever_its_name(
         assert cli("import", log_path, "-o", tmp_path / "x.mcap").code == 0
         (tmp_path / "x.mcap").rename(path)
     else:
-        path.write_text(raw_text(synthetic.log))
+        path.write_text(raw_text(log))
     assert cli("check", "irma4", path).code == 0
     ran = cli("calibrate", "irma4", path, "--json")
     assert ran.code == 0
     assert strict(ran.stdout)["status"] == "converged"
     assert cli("import", path, "-o", tmp_path / "again.csv").code == 0
     again = cdprcal.read_log(str(tmp_path / "again.csv"))
-    np.testing.assert_array_equal(again.length_m, synthetic.log.length_m)
+    np.testing.assert_array_equal(again.length_m, log.length_m)
 
 
-def test_import_says_what_it_left_out(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_import_says_what_it_left_out(cli: Cli, log: cdprcal.Log, tmp_path: Path) -> None:
     path = tmp_path / "robot.log"
-    path.write_text(raw_text(synthetic.log)[:-5])
+    path.write_text(raw_text(log)[:-5])
     ran = cli("import", path, "-o", tmp_path / "out.csv")
     assert ran.code == 0
     assert "out.csv" in ran.stdout
-    assert f"the last line, {6 * len(synthetic.log)}, has no end" in ran.stderr
-    lines = raw_text(synthetic.log).splitlines(keepends=True)
+    assert f"the last line, {6 * len(log)}, has no end" in ran.stderr
+    lines = raw_text(log).splitlines(keepends=True)
     path.write_text("".join(lines + lines[:6]))
     ran = cli("import", path, "-o", tmp_path / "out.csv", "--force")
     assert ran.code == 1
     assert "time goes back" in ran.stderr
-    assert len(cdprcal.read_log(str(tmp_path / "out.csv"))) == len(synthetic.log)
+    assert len(cdprcal.read_log(str(tmp_path / "out.csv"))) == len(log)
 
 
-def test_check_json(cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
-    tension = np.array(synthetic.log.tension_N)
+def test_check_json(cli: Cli, log: cdprcal.Log, tmp_path: Path) -> None:
+    tension = np.array(log.tension_N)
     tension[100:130, 2] = 0.4
     path = tmp_path / "slack.csv"
-    cdprcal.write_log(changed(synthetic.log, tension_N=tension), str(path))
+    cdprcal.write_log(changed(log, tension_N=tension), str(path))
     ran = cli("check", "irma4", path, "--json")
     assert (ran.code, ran.stderr) == (1, "")
     report = strict(ran.stdout)
@@ -251,8 +249,8 @@ def test_check_json(cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path) -
     assert finding["code"] == "slack"
     assert finding["line"] == 102
     assert (finding["time_s"], finding["end_s"]) == (
-        pytest.approx(synthetic.log.time_s[100]),
-        pytest.approx(synthetic.log.time_s[129]),
+        pytest.approx(log.time_s[100]),
+        pytest.approx(log.time_s[129]),
     )
     for_people = cli("check", "irma4", path)
     assert (for_people.code, for_people.stderr) == (1, "")

@@ -139,11 +139,9 @@ def test_log(cli: Cli, log_path: Path, tmp_path: Path, fault: str, command: str)
     assert set(tmp_path.iterdir()) == before, "nothing is written"
 
 
-def test_a_log_of_another_robots_cable_count(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_a_log_of_another_robots_cable_count(cli: Cli, log: cdprcal.Log, tmp_path: Path) -> None:
     groups = ("length_m", "swivel_rad", "tension_N", "tension_setpoint_N")
-    log = changed(synthetic.log, **{name: getattr(synthetic.log, name)[:, :3] for name in groups})
+    log = changed(log, **{name: getattr(log, name)[:, :3] for name in groups})
     csv, raw = tmp_path / "three.csv", tmp_path / "three.log"
     cdprcal.write_log(log, str(csv))
     raw.write_text(raw_text(log))

@@ -108,12 +108,12 @@ def test_the_corrected_file_is_consistent_and_calibrates(
 
 
 def test_a_discrete_fault_stands_among_the_effects(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+    cli: Cli, log: cdprcal.Log, tmp_path: Path
 ) -> None:
-    degrees = np.rad2deg(synthetic.log.roll_pitch_yaw_rad)
-    log = written(changed(synthetic.log, roll_pitch_yaw_rad=degrees), tmp_path / "degrees.csv")
+    degrees = np.rad2deg(log.roll_pitch_yaw_rad)
+    path = written(changed(log, roll_pitch_yaw_rad=degrees), tmp_path / "degrees.csv")
     corrected = tmp_path / "corrected.yaml"
-    ran = cli("diagnose", "irma4", log, "--json", "-o", corrected)
+    ran = cli("diagnose", "irma4", path, "--json", "-o", corrected)
     result = strict(ran.stdout)
     assert (ran.code, result["verdict"]) == (0, "explained")
     fault = result["effects"][0]
@@ -121,7 +121,7 @@ def test_a_discrete_fault_stands_among_the_effects(
     assert fault["parameters"] == {"factor": [1.0, math.radians(1)]}
     assert fault["standard_deviation"] is fault["log_evidence"] is fault["p_value"] is None
     assert fault["held_out"] == {"before": None, "after": None}
-    assert strict(cli("diagnose", corrected, log, "--json").stdout)["verdict"] == "consistent"
+    assert strict(cli("diagnose", corrected, path, "--json").stdout)["verdict"] == "consistent"
 
 
 def test_faults_that_are_known_are_set_right_and_not_looked_for(

@@ -32,14 +32,14 @@ def biased(log: cdprcal.Log) -> cdprcal.Log:
 
 
 @pytest.fixture(scope="module")
-def logs(robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog) -> list[cdprcal.Log]:
+def logs(robot: cdprcal.Robot, log: cdprcal.Log) -> list[cdprcal.Log]:
     """Two runs of a robot whose load cells are biased."""
     options = cdprcal.SyntheticLogOptions(
         dwell_s=4.0, move_s=4.0, noise=cdprcal.reading_noise(robot.sigma, 0.05), seed=8
     )
     tensions = [np.array(t) for t in TABLE_II_TENSIONS_N]
     other = cdprcal.synthetic_log(robot, tensions, options)
-    return [biased(synthetic.log), biased(other.log)]
+    return [biased(log), biased(other.log)]
 
 
 @pytest.fixture

@@ -203,9 +203,9 @@ def test_acquire_tells_where_it_is(plan: Path, tmp_path: Path) -> None:
 
 
 def test_rests_are_found_in_logs_of_other_origin(
-    synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path
+    log: cdprcal.Log, log_path: Path, tmp_path: Path
 ) -> None:
-    (tmp_path / "raw.log").write_text(raw_text(synthetic.log))
+    (tmp_path / "raw.log").write_text(raw_text(log))
     for path in (log_path, tmp_path / "raw.log"):
         texts = replay_messages(load_log(path), None, None, speed=0.0)
         samples = [m for m in map(json.loads, texts) if m["type"] == "sample"]

@@ -32,16 +32,16 @@ from raw_files import german_excel
 
 
 def test_paths_and_words_do_what_objects_and_enums_do(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, log_path: Path
+    robot: cdprcal.Robot, log: cdprcal.Log, log_path: Path
 ) -> None:
     options = cdprcal.CalibrateOptions(
         method=cdprcal.Method.statics, noise=cdprcal.NoiseSource.specified
     )
-    plain = cdprcal.calibrate(robot, synthetic.log, options)
+    plain = cdprcal.calibrate(robot, log, options)
     for found in (
         cdprcal.calibrate("irma4", log_path, method="static", noise="specified"),
         cdprcal.calibrate("irma4", str(log_path), options),
-        cdprcal.calibrate(robot, synthetic.log, method=cdprcal.Method.statics, noise="specified"),
+        cdprcal.calibrate(robot, log, method=cdprcal.Method.statics, noise="specified"),
         cdprcal.calibrate("irma4", log_path, cdprcal.CalibrateOptions(
             method=cdprcal.Method.kinematic), method="static", noise="specified"),
     ):  # fmt: skip
@@ -58,38 +58,34 @@ def test_paths_and_words_do_what_objects_and_enums_do(
 
 
 def test_files_are_named_by_paths_too(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+    robot: cdprcal.Robot, log: cdprcal.Log, tmp_path: Path
 ) -> None:
-    cdprcal.write_log(synthetic.log, tmp_path / "a.csv")
-    np.testing.assert_array_equal(
-        cdprcal.read_log(tmp_path / "a.csv").length_m, synthetic.log.length_m
-    )
+    cdprcal.write_log(log, tmp_path / "a.csv")
+    np.testing.assert_array_equal(cdprcal.read_log(tmp_path / "a.csv").length_m, log.length_m)
     plan = cdprcal.make_plan(robot, grid=[2, 1, 1]).plan
     cdprcal.write_plan(plan, tmp_path / "plan.csv")
     assert cdprcal.read_plan(tmp_path / "plan.csv").measured_count == plan.measured_count
 
 
-def test_what_is_masked_is_not_read(synthetic: cdprcal.SyntheticLog) -> None:
-    mask = np.zeros(synthetic.log.length_m.shape, dtype=bool)
+def test_what_is_masked_is_not_read(log: cdprcal.Log) -> None:
+    mask = np.zeros(log.length_m.shape, dtype=bool)
     mask[3:5, 1] = True
-    masked = np.ma.masked_array(synthetic.log.length_m, mask)
+    length_m = np.ma.masked_array(log.length_m, mask)
     whole = np.ma.masked_array(np.full(mask.shape, 9999), mask)  # integers have no NaN
-    log = cdprcal.Log(
-        time_s=synthetic.log.time_s, length_m=masked, swivel_rad=whole, direct_length_m=masked
+    read = cdprcal.Log(
+        time_s=log.time_s, length_m=length_m, swivel_rad=whole, direct_length_m=length_m
     )
-    for values in (log.length_m, log.swivel_rad, log.direct_length_m):
+    for values in (read.length_m, read.swivel_rad, read.direct_length_m):
         np.testing.assert_array_equal(np.isnan(values), mask)
-    np.testing.assert_array_equal(log.length_m[~mask], synthetic.log.length_m[~mask])
+    np.testing.assert_array_equal(read.length_m[~mask], log.length_m[~mask])
 
 
 @pytest.mark.parametrize("kind", ["datetime64[ms]", "timedelta64[us]"])
-def test_dates_are_no_seconds(synthetic: cdprcal.SyntheticLog, kind: str) -> None:
-    time = np.arange(synthetic.log.time_s.size).astype(kind)
+def test_dates_are_no_seconds(log: cdprcal.Log, kind: str) -> None:
+    time = np.arange(log.time_s.size).astype(kind)
     with pytest.raises(cdprcal.InputError, match=r"counts no seconds: give numbers"):
-        cdprcal.Log(time_s=time, length_m=synthetic.log.length_m)
-    log = cdprcal.Log(
-        time_s=(time - time[0]) / np.timedelta64(1, "s"), length_m=synthetic.log.length_m
-    )
+        cdprcal.Log(time_s=time, length_m=log.length_m)
+    log = cdprcal.Log(time_s=(time - time[0]) / np.timedelta64(1, "s"), length_m=log.length_m)
     assert log.time_s[1] == (1e-3 if "ms" in kind else 1e-6)
 
 
@@ -138,29 +134,25 @@ def test_a_simulated_start_up_hears_ctrl_c(robot: cdprcal.Robot) -> None:
 
 
 def test_one_log_several_logs_and_files_of_any_kind(
-    synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path
+    log: cdprcal.Log, log_path: Path, tmp_path: Path
 ) -> None:
     from cdprcal.mapping import propose_file
 
-    raw, the_map = german_excel(synthetic.log, tmp_path), tmp_path / "map.yaml"
+    raw, the_map = german_excel(log, tmp_path), tmp_path / "map.yaml"
     the_map.write_text(propose_file(raw).text())
-    for logs, map_ in ((log_path, ""), ([log_path], ""), (synthetic.log, ""), (raw, the_map)):
+    for logs, map_ in ((log_path, ""), ([log_path], ""), (log, ""), (raw, the_map)):
         assert cdprcal.diagnose("irma4", logs, map=map_).verdict == cdprcal.Verdict.consistent
     assert cdprcal.calibrate("irma4", raw, map=the_map).result.poses
 
 
-def test_results_show_what_there_is_to_know(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
-) -> None:
-    found = cdprcal.calibrate(robot, synthetic.log)
+def test_results_show_what_there_is_to_know(robot: cdprcal.Robot, log: cdprcal.Log) -> None:
+    found = cdprcal.calibrate(robot, log)
     assert repr(found).startswith("<Calibration converged: x ")
     assert " mm; roll " in repr(found)
-    assert repr(cdprcal.diagnose(robot, synthetic.log)) == (
-        "<Diagnosis consistent: no effect found>"
-    )
+    assert repr(cdprcal.diagnose(robot, log)) == ("<Diagnosis consistent: no effect found>")
     planned = cdprcal.make_plan(robot)
     assert repr(planned).startswith("<PlanResult 8 measured poses, 2 min ")
-    few = cdprcal.calibrate(robot, synthetic.log, method="kinematic", at_s=[2.0])
+    few = cdprcal.calibrate(robot, log, method="kinematic", at_s=[2.0])
     assert repr(few).startswith("<Calibration unobservable: ")
 
 
@@ -244,7 +236,7 @@ def test_every_protocol_of_pickle(robot: cdprcal.Robot, protocol: int) -> None:
 
 
 def test_options_are_copied_pickled_and_solved_with_again(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+    robot: cdprcal.Robot, log: cdprcal.Log
 ) -> None:
     options = cdprcal.CalibrateOptions(
         method=cdprcal.Method.statics,
@@ -259,19 +251,17 @@ def test_options_are_copied_pickled_and_solved_with_again(
         assert (again.at_s, again.most_starts) == (options.at_s, 3)
         assert (again.detection.window_s, again.solve.max_iterations) == (1.5, 77)
         assert not again.allow_for_effects
-    found = cdprcal.calibrate(robot, synthetic.log, options)
+    found = cdprcal.calibrate(robot, log, options)
     assert found.static_poses == 4
     solved = pickle.loads(pickle.dumps(found))
     assert solved.static_poses == 4
     assert solved.result.least_observed == found.result.least_observed
-    usual = cdprcal.calibrate(robot, synthetic.log, method="static").result
+    usual = cdprcal.calibrate(robot, log, method="static").result
     assert usual.least_observed != found.result.least_observed, "this tests nothing"
 
 
-def test_a_diagnosis_keeps_its_options(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
-) -> None:
-    off = changed(synthetic.log, tension_N=np.array(synthetic.log.tension_N) + 5.0)
+def test_a_diagnosis_keeps_its_options(robot: cdprcal.Robot, log: cdprcal.Log) -> None:
+    off = changed(log, tension_N=np.array(log.tension_N) + 5.0)
     options = cdprcal.DiagnoseOptions(most_effects=0, draws=99, seed=5)
     assert cdprcal.diagnose(robot, off).effects
     again = pickle.loads(pickle.dumps(cdprcal.diagnose(robot, off, options)))
@@ -280,11 +270,8 @@ def test_a_diagnosis_keeps_its_options(
     assert (copied.draws, copied.seed, copied.effects) == (99, 5, None)
 
 
-def test_frames_hold_what_the_objects_hold(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
-) -> None:
+def test_frames_hold_what_the_objects_hold(robot: cdprcal.Robot, log: cdprcal.Log) -> None:
     pandas = pytest.importorskip("pandas")
-    log = synthetic.log
     frame = log.to_pandas()
     assert list(frame.columns[:3]) == ["time_s", "length_1_m", "length_2_m"]
     assert len(frame) == len(log)
@@ -321,10 +308,8 @@ def test_frames_hold_what_the_objects_hold(
         ("swivel_2_rad", "swivel_2"),
     ],
 )
-def test_a_misspelt_column_is_not_left_out(
-    synthetic: cdprcal.SyntheticLog, right: str, wrong: str
-) -> None:
-    frame = synthetic.log.to_pandas()
+def test_a_misspelt_column_is_not_left_out(log: cdprcal.Log, right: str, wrong: str) -> None:
+    frame = log.to_pandas()
     for columns in (frame.rename(columns={right: wrong}), frame.assign(**{wrong: 0.0})):
         with pytest.raises(cdprcal.InputError, match=f"column '{wrong}' is none of a log"):
             cdprcal.Log.from_dataframe(columns)
@@ -332,19 +317,17 @@ def test_a_misspelt_column_is_not_left_out(
     assert len(cdprcal.Log.from_dataframe(beside)) == len(frame)
 
 
-def test_text_in_a_frame_is_named_by_its_column(synthetic: cdprcal.SyntheticLog) -> None:
-    frame = synthetic.log.to_pandas()
+def test_text_in_a_frame_is_named_by_its_column(log: cdprcal.Log) -> None:
+    frame = log.to_pandas()
     for name, words in (("length_3_m", "column length_3_m"), ("time_s", "time_s")):
         with pytest.raises(cdprcal.InputError, match=f"data frame: {words}: holds what is no numb"):
             cdprcal.Log.from_dataframe(frame.astype({name: object}).assign(**{name: "far"}))
 
 
 @pytest.mark.parametrize("unit", ["ns", "us", "ms"])
-def test_times_of_a_frame_may_be_dates_and_durations(
-    synthetic: cdprcal.SyntheticLog, unit: str
-) -> None:
+def test_times_of_a_frame_may_be_dates_and_durations(log: cdprcal.Log, unit: str) -> None:
     pandas = pytest.importorskip("pandas")
-    frame = synthetic.log.to_pandas()
+    frame = log.to_pandas()
     time_s, rest = frame.time_s, frame.drop(columns="time_s")
     durations = pandas.TimedeltaIndex(pandas.to_timedelta(time_s, unit="s")).as_unit(unit)
     dates = pandas.Timestamp("2026-03-01") + durations
@@ -357,13 +340,11 @@ def test_times_of_a_frame_may_be_dates_and_durations(
     assert np.isnan(cdprcal.Log.from_dataframe(absent).tension_N[3, 0])
 
 
-def test_without_pandas_it_is_named(
-    synthetic: cdprcal.SyntheticLog, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_pandas_it_is_named(log: cdprcal.Log, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(cdprcal.InputError, match=r"pip install 'cdprcal\[pandas\]'"):
-        synthetic.log.to_pandas()
-    assert synthetic.log._repr_html_().startswith("<p>Log(source=")
+        log.to_pandas()
+    assert log._repr_html_().startswith("<p>Log(source=")
 
 
 SEEN = """
@@ -453,23 +434,21 @@ def test_a_simulation_leaves_its_options_alone(robot: cdprcal.Robot) -> None:
 
 
 def test_a_track_wants_the_robot_that_was_calibrated(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+    robot: cdprcal.Robot, log: cdprcal.Log
 ) -> None:
-    found = cdprcal.calibrate(robot, synthetic.log)
-    assert len(cdprcal.track("irma4", synthetic.log, found)) == len(synthetic.log)
+    found = cdprcal.calibrate(robot, log)
+    assert len(cdprcal.track("irma4", log, found)) == len(log)
     with pytest.raises(cdprcal.InputError, match="give the robot that was calibrated"):
-        cdprcal.track("ring3", synthetic.log, found)
+        cdprcal.track("ring3", log, found)
 
 
-def test_pictures_go_into_the_axes_given(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
-) -> None:
+def test_pictures_go_into_the_axes_given(robot: cdprcal.Robot, log: cdprcal.Log) -> None:
     from matplotlib.figure import Figure
 
-    off = changed(synthetic.log, tension_N=np.array(synthetic.log.tension_N) + 5.0)
+    off = changed(log, tension_N=np.array(log.tension_N) + 5.0)
     for result in (
-        synthetic.log,
-        cdprcal.calibrate(robot, synthetic.log),
+        log,
+        cdprcal.calibrate(robot, log),
         cdprcal.diagnose(robot, off),
         cdprcal.make_plan(robot).plan,
     ):
@@ -594,11 +573,9 @@ def out_of_reach(robot: cdprcal.Robot, log: cdprcal.Log) -> dict[str, Any]:
     }
 
 
-def test_numbers_that_are_not_there_are_refused(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
-) -> None:
+def test_numbers_that_are_not_there_are_refused(robot: cdprcal.Robot, log: cdprcal.Log) -> None:
     """Some of them ended the interpreter, or read what stands beside an array."""
-    for message, call in out_of_reach(robot, synthetic.log).items():
+    for message, call in out_of_reach(robot, log).items():
         with pytest.raises(cdprcal.InputError, match=re.escape(message)):
             call()
 

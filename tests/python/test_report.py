@@ -34,10 +34,10 @@ BIAS_N = np.array([6.0, -5.0, 4.0, -8.0])
 
 
 @pytest.fixture(scope="module")
-def biased(synthetic: cdprcal.SyntheticLog, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def biased(log: cdprcal.Log, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run whose load cells read too much or too little."""
     path = tmp_path_factory.mktemp("biased") / "biased.csv"
-    log = changed(synthetic.log, tension_N=synthetic.log.tension_N + BIAS_N)
+    log = changed(log, tension_N=log.tension_N + BIAS_N)
     cdprcal.write_log(log, str(path))
     return path
 
@@ -335,10 +335,10 @@ def test_results_make_the_same_page_as_their_logs(
 
 
 def test_a_pose_that_cannot_be_trusted_is_said_at_the_top(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+    cli: Cli, log: cdprcal.Log, tmp_path: Path
 ) -> None:
     gone = ("tension_N", "swivel_rad", "tension_setpoint_N", "roll_pitch_yaw_rad")
-    log = changed(synthetic.log, **dict.fromkeys(gone))  # lengths alone
+    log = changed(log, **dict.fromkeys(gone))  # lengths alone
     cdprcal.write_log(log, str(tmp_path / "poor.csv"))
     ran = cli("report", "irma4", tmp_path / "poor.csv", "-o", tmp_path / "poor.html")
     assert ran.code == 1

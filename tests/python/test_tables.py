@@ -127,13 +127,13 @@ def test_every_channel_with_a_sigma_has_it(robot: cdprcal.Robot) -> None:
 
 
 def test_an_outlier_of_the_last_cable_is_left_out_and_said(
-    cli: object, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+    cli: object, log: cdprcal.Log, tmp_path: Path
 ) -> None:
     assert callable(cli)
-    length_m = synthetic.log.length_m.copy()
-    rest = synthetic.log.time_s > 48.0  # the whole of a dwell
-    length_m[rest & (synthetic.log.time_s < 53.0), 3] += 0.02
-    cdprcal.write_log(changed(synthetic.log, length_m=length_m), str(tmp_path / "run.csv"))
+    length_m = log.length_m.copy()
+    rest = log.time_s > 48.0  # the whole of a dwell
+    length_m[rest & (log.time_s < 53.0), 3] += 0.02
+    cdprcal.write_log(changed(log, length_m=length_m), str(tmp_path / "run.csv"))
     ran: Ran = cli("calibrate", "irma4", tmp_path / "run.csv")
     assert "internal error" not in ran.stderr
     assert "length 4, an outlier of" in ran.stdout
