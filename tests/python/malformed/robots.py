@@ -85,7 +85,17 @@ CASES = (
         sub(r"^cables:.*?(?=^tension)", "cables: [" + "1," * 100_000 + "1]\n"),
         "cables",
     ),
-    _field("zero axis", swap("swivel_axis: [1, 0, 0]", "swivel_axis: [0, 0, 0]"), "swivel_axis"),
+    _field("gravity is NaN", swap("9.81", ".nan"), "gravity_m_s2"),
+    _field(
+        "zero axis",
+        swap("swivel_axis: [1, 0, 0]", "swivel_axis: [0, 0, 0]"),
+        r"cables\[#1\]\.pulley\.swivel_axis",
+    ),
+    _field(
+        "anchor of two numbers",
+        sub(r"platform_anchor_m: \[[^]]*\]", "platform_anchor_m: [0, 0]"),
+        r"cables\[#1\]\.platform_anchor_m",
+    ),
     _field(
         "parallel axes", swap("x_axis: [0, 0, -1]", "x_axis: [1, 0, 0]"), r"pulley\.x?_?axis|axis"
     ),
