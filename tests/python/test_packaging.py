@@ -1,7 +1,8 @@
-"""What is published: the sdist, the citation; and the checks of style and types."""
+"""What is published: the sdist, the citation, the type stubs; and the checks of style and types."""
 
 from __future__ import annotations
 
+import ast
 import os
 import shutil
 import subprocess
@@ -9,9 +10,14 @@ import sys
 import tarfile
 import tomllib
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from ruamel.yaml import YAML
+
+import cdprcal
+from cdprcal import _core
+from scripts import load_script
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -174,3 +180,49 @@ def test_the_wheel_is_told_for_which_python_before_anything_is_built(tmp_path: P
         )
         assert ran.returncode == 2, arguments
         assert words in ran.stderr
+
+
+@pytest.fixture(scope="module")
+def generator() -> ModuleType:
+    pytest.importorskip("pybind11_stubgen")
+    return load_script(ROOT / "bindings" / "stubs.py")
+
+
+def test_stubs_are_those_of_the_module(generator: ModuleType) -> None:
+    checked_in = (ROOT / "python" / "cdprcal" / "_core.pyi").read_text(encoding="utf-8")
+    made = generator.make_stubs()
+    assert ast.unparse(ast.parse(checked_in)) == ast.unparse(ast.parse(made)), (
+        "run: python bindings/stubs.py python/cdprcal/_core.pyi && ruff format python"
+    )
+
+
+def test_stubs_are_installed_beside_the_module() -> None:
+    folder = Path(str(cdprcal.__file__)).parent
+    assert (folder / "_core.pyi").is_file()
+    assert (folder / "py.typed").is_file()
+
+
+def test_everything_public_has_a_docstring() -> None:
+    bare = [name for name in dir(_core) if name[0] != "_" and not getattr(_core, name).__doc__]
+    assert bare == []
+    # pybind11 starts a docstring with the signature; what follows must say something.
+    functions = [name for name in dir(_core) if name[0] != "_" and name[0].islower()]
+    silent = [
+        name
+        for name in functions
+        if callable(getattr(_core, name)) and len(getattr(_core, name).__doc__.split("\n\n")) < 2
+    ]
+    assert silent == []
+
+
+def test_core_names_are_available_from_the_package() -> None:
+    for name in _core.__dict__:
+        if not name.startswith("_"):
+            assert name in dir(cdprcal)
+            given = getattr(cdprcal, name)
+            if name in cdprcal._CALLS:  # take paths and words, too
+                assert given.__module__ == "cdprcal.calls"
+            else:
+                assert getattr(given, "__wrapped__", given) is getattr(_core, name)
+    with pytest.raises(AttributeError, match="nonsense"):
+        cdprcal.nonsense  # noqa: B018
