@@ -57,7 +57,7 @@ class Ran:
     def document(self, code: int = 0) -> Any:
         """What it said with --json; holds that it ended with this exit code."""
         assert self.code == code, self
-        return json.loads(self.stdout)
+        return strict(self.stdout)
 
     def refused(self, *words: str) -> None:
         """Holds that it was wrong use, and that stderr has these words."""

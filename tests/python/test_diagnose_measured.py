@@ -69,8 +69,7 @@ def test_the_hidden_effect_is_named_measured_and_corrected(
     answers = json.loads((log.parent / "answers.json").read_text())[name]
     corrected = tmp_path / "corrected.yaml"
     ran = cli("diagnose", "irma4", log, "--json", "-o", corrected)
-    result = json.loads(ran.stdout)
-    assert ran.code == 0
+    result = ran.document()
     assert [effect["name"] for effect in result["effects"]] == list(answers["effects"])
     for effect in result["effects"]:
         for parameter, truth in answers["effects"][effect["name"]].items():

@@ -305,9 +305,8 @@ def test_until_of_a_platform_that_cannot_turn_is_of_its_position(cli: Cli, tmp_p
     plan = tmp_path / "plan.csv"
     assert cli("plan", "hang4", "-o", plan).code == 0
     ran = cli("acquire", "hang4", plan, "-o", tmp_path / "run.csv", "--until", "5mm", "--json")
-    asked = json.loads(ran.stdout)["asked"]
+    asked = ran.document()["asked"]
     assert asked == {"position_sigma_m": 0.005, "rotation_sigma_rad": None, "reached": True}
-    assert ran.code == 0
     ran = cli("acquire", "irma4", plan, "-o", tmp_path / "no.csv", "--until", "5mm")
     assert ran.code == 2
 
@@ -353,8 +352,7 @@ def test_until_goes_on_while_something_speaks_against_the_pose(
     assert all("misfit" in estimate["caveats"] for estimate in document["estimates"][2:])
     assert "with caveats: misfit" in ran.stderr
     calibrated = cli("calibrate", "irma4", log, "--json")
-    assert calibrated.code == 3
-    assert document["caveats"] == json.loads(calibrated.stdout)["caveats"]
+    assert document["caveats"] == calibrated.document(3)["caveats"]
 
 
 def test_an_estimate_that_is_not_to_be_trusted_has_no_sigma() -> None:
@@ -401,8 +399,7 @@ def test_a_start_up_that_waits_for_no_rest_ends_when_the_pose_is_known(
         ),
         *("--json", "--seed", 17, "--truth", truth),
     )
-    document = json.loads(ran.stdout)
-    assert ran.code == 0
+    document = ran.document()
     assert document["state"] == "done"
     assert document["rests"] == []
     assert document["asked"]["reached"]
