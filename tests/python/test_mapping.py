@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 import cdprcal
-from cdprcal import sensors
+from cdprcal import Log, Robot, sensors
 from cdprcal.io import LogFile, load_log, save_log
 from cdprcal.io.marks import marks_in
 from cdprcal.mapping import Line, Proposal, load_mapped, parse_map, propose_file, read_raw
@@ -41,7 +41,7 @@ from raw_files import (
 LETTERS = {"s": "swivel_rad", "t": "tension_N", "p": "tension_setpoint_N"}
 
 
-def mapped(cli: Cli, shape: str, log: cdprcal.Log, folder: Path) -> tuple[Path, Path]:
+def mapped(cli: Cli, shape: str, log: Log, folder: Path) -> tuple[Path, Path]:
     """A raw file, and its map as proposed and corrected in at most two lines."""
     made = SHAPES[shape]
     raw, the_map = made.make(log, folder), folder / "map.yaml"
@@ -72,7 +72,7 @@ def test_a_raw_file_ends_in_a_pose(
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_every_reading_arrives(cli: Cli, log: cdprcal.Log, tmp_path: Path, shape: str) -> None:
+def test_every_reading_arrives(cli: Cli, log: Log, tmp_path: Path, shape: str) -> None:
     raw, the_map = mapped(cli, shape, log, tmp_path)
     out = tmp_path / "run.csv"
     assert cli("import", raw, "--map", the_map, "--robot", "irma4", "-o", out).code == 0
@@ -89,7 +89,7 @@ def test_every_reading_arrives(cli: Cli, log: cdprcal.Log, tmp_path: Path, shape
     assert all(getattr(log, group).shape[1] == 0 for group in absent)
 
 
-def test_the_proposal_says_how_sure_it_is(cli: Cli, log: cdprcal.Log, tmp_path: Path) -> None:
+def test_the_proposal_says_how_sure_it_is(cli: Cli, log: Log, tmp_path: Path) -> None:
     raw, the_map = german_excel(log, tmp_path), tmp_path / "map.yaml"
     ran = cli("check", raw, "--propose", the_map)  # without a robot, too
     assert ran.code == 0
@@ -104,7 +104,7 @@ def test_the_proposal_says_how_sure_it_is(cli: Cli, log: cdprcal.Log, tmp_path: 
     cli("check", "irma4", raw, "--propose", raw).refused("is the log that is read")
 
 
-def proposed(raw: Path, robot: cdprcal.Robot | None = None) -> dict[str, Line]:
+def proposed(raw: Path, robot: Robot | None = None) -> dict[str, Line]:
     """The lines that are proposed for the channels of a file, by name."""
     return {line.name: line for line in propose_file(raw, robot).lines}
 
@@ -123,7 +123,7 @@ def table(path: Path, names: Iterable[str], *columns: Any) -> Path:
     return path
 
 
-def canonical(log: cdprcal.Log, path: Path, *renamed: tuple[str, str]) -> Path:
+def canonical(log: Log, path: Path, *renamed: tuple[str, str]) -> Path:
     """A canonical log whose header is written otherwise: (pattern, what stands in its place)."""
     cdprcal.write_log(log, str(path))
     header, rest = path.read_text().split("\n", 1)
@@ -146,7 +146,7 @@ def canonical(log: cdprcal.Log, path: Path, *renamed: tuple[str, str]) -> Path:
 )
 @pytest.mark.parametrize("swivel", ["theta", "phi", "rz"])
 def test_numbered_angles_are_the_swivels(
-    log: cdprcal.Log, tmp_path: Path, angles: str, swivel: str
+    log: Log, tmp_path: Path, angles: str, swivel: str
 ) -> None:
     renamed = [(r"swivel_(\d)_rad", rf"{swivel}_\1_rad")]
     for was, now in zip(("roll", "pitch", "yaw"), angles.split(","), strict=True):
@@ -159,7 +159,7 @@ def test_numbered_angles_are_the_swivels(
 
 @pytest.mark.parametrize("asked", ["TargetPosition_{}_m", "length_{}_ref_m", "Seil_Soll_{}_m"])
 def test_what_was_commanded_is_not_what_was_read(
-    cli: Cli, log: cdprcal.Log, tmp_path: Path, asked: str
+    cli: Cli, log: Log, tmp_path: Path, asked: str
 ) -> None:
     raw = tmp_path / "raw.csv"
     names = [asked.format(i) for i in (1, 2, 3, 4)] + [f"ActualPosition_{i}_m" for i in range(4)]
@@ -179,7 +179,7 @@ def test_what_was_commanded_is_not_what_was_read(
     ("length", "tension"), [("length_{}_AI{}", "LC{}_500N"), ("AI{1}_wire{0}", "F_{0}_ch{1}_N")]
 )
 def test_the_number_that_tells_cables_apart_is_found_among_others(
-    log: cdprcal.Log, tmp_path: Path, length: str, tension: str
+    log: Log, tmp_path: Path, length: str, tension: str
 ) -> None:
     raw = tmp_path / "raw.csv"
     names = [pattern.format(i, i + 7) for pattern in (length, tension) for i in (1, 2, 3, 4)]
@@ -189,7 +189,7 @@ def test_the_number_that_tells_cables_apart_is_found_among_others(
     assert lines["tensions"].columns == tuple(names[4:])
 
 
-def test_a_map_without_a_cable_is_no_success(cli: Cli, log: cdprcal.Log, tmp_path: Path) -> None:
+def test_a_map_without_a_cable_is_no_success(cli: Cli, log: Log, tmp_path: Path) -> None:
     raw = tmp_path / "raw.csv"
     header = ("time_s", "roll_rad", "pitch_rad", "yaw_rad")
     table(raw, header, log.time_s, log.roll_pitch_yaw_rad)
@@ -200,7 +200,7 @@ def test_a_map_without_a_cable_is_no_success(cli: Cli, log: cdprcal.Log, tmp_pat
 
 
 def test_a_clock_that_stands_still_is_the_time_rather_than_a_count(
-    log: cdprcal.Log, tmp_path: Path
+    log: Log, tmp_path: Path
 ) -> None:
     ticks = np.asarray(log.time_s).copy()
     ticks[30::40] = ticks[29::40][: len(ticks[30::40])]
@@ -221,12 +221,10 @@ def test_a_clock_that_stands_still_is_the_time_rather_than_a_count(
 
 
 @pytest.mark.parametrize("day", ["", "2026-03-01 12:00:"])
-def test_stamps_of_whole_seconds_give_way_to_the_rate(
-    log: cdprcal.Log, tmp_path: Path, day: str
-) -> None:
+def test_stamps_of_whole_seconds_give_way_to_the_rate(log: Log, tmp_path: Path, day: str) -> None:
     the_map = tmp_path / "map.yaml"
     written = [f"{day}{int(time) % 60:02d}" for time in np.asarray(log.time_s)[:500]]
-    log = cdprcal.Log(time_s=log.time_s[:500], length_m=log.length_m[:500],
+    log = Log(time_s=log.time_s[:500], length_m=log.length_m[:500],
                       tension_N=log.tension_N[:500])  # fmt: skip
     raw = with_times(log, tmp_path / "raw.csv", "stamp", written)
     proposal = propose_file(raw)
@@ -243,7 +241,7 @@ def test_stamps_of_whole_seconds_give_way_to_the_rate(
     assert propose_file(raw).time.columns == ("stamp",)
 
 
-def test_a_full_name_beats_an_alias(log: cdprcal.Log, tmp_path: Path) -> None:
+def test_a_full_name_beats_an_alias(log: Log, tmp_path: Path) -> None:
     renamed = ("tension_1_N", "theta_rad"), ("tension_2_N", "rx_rad")
     raw = canonical(log, tmp_path / "raw.csv", *renamed)
     lines = proposed(raw)
@@ -251,7 +249,7 @@ def test_a_full_name_beats_an_alias(log: cdprcal.Log, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["T{} [N]", "T{}", "x{} [N]", "forza_{}"])
-def test_numbered_forces_are_the_tensions(log: cdprcal.Log, tmp_path: Path, name: str) -> None:
+def test_numbered_forces_are_the_tensions(log: Log, tmp_path: Path, name: str) -> None:
     renamed = (r"tension_(\d)_N", name.format(r"\1"))
     raw = canonical(log, tmp_path / "raw.csv", renamed)
     proposal = propose_file(raw, cdprcal.load_robot("irma4"))
@@ -262,7 +260,7 @@ def test_numbered_forces_are_the_tensions(log: cdprcal.Log, tmp_path: Path, name
 
 
 def test_a_column_twice_is_a_guess_and_what_is_not_used_is_said(
-    cli: Cli, log: cdprcal.Log, tmp_path: Path
+    cli: Cli, log: Log, tmp_path: Path
 ) -> None:
     renamed = ("roll_rad", "length_1_m"), ("pitch_rad", "spindle")
     raw = canonical(log, tmp_path / "raw.csv", *renamed)
@@ -276,7 +274,7 @@ def test_a_column_twice_is_a_guess_and_what_is_not_used_is_said(
     assert '["length_1_m", "length_2_m", "length_3_m", "length_4_m"]' in text
 
 
-def test_an_array_of_angles_is_the_attitude(log: cdprcal.Log, tmp_path: Path) -> None:
+def test_an_array_of_angles_is_the_attitude(log: Log, tmp_path: Path) -> None:
     io = pytest.importorskip("scipy.io")
     path = tmp_path / "run.mat"
     held = {"t": log.time_s, "L": log.length_m, "T": log.tension_N, "rpy": log.roll_pitch_yaw_rad}
@@ -286,9 +284,7 @@ def test_an_array_of_angles_is_the_attitude(log: cdprcal.Log, tmp_path: Path) ->
     assert lines["tensions"].columns == ("T.1", "T.2", "T.3", "T.4")
 
 
-def test_a_bag_that_was_exported_is_proposed_whole(
-    log: cdprcal.Log, robot: cdprcal.Robot, tmp_path: Path
-) -> None:
+def test_a_bag_that_was_exported_is_proposed_whole(log: Log, robot: Robot, tmp_path: Path) -> None:
     save_bag(log, tmp_path / "bag", robot.euler_convention)
     lines = proposed(tmp_path / "bag", robot)
     assert {"lengths", "swivels", "tensions", "attitude"} <= set(lines)
@@ -299,7 +295,7 @@ def test_a_bag_that_was_exported_is_proposed_whole(
 
 @pytest.mark.parametrize("command", ["check", "calibrate", "diagnose"])
 def test_other_columns_are_answered_by_the_way_to_a_map(
-    cli: Cli, log: cdprcal.Log, log_path: Path, tmp_path: Path, command: str
+    cli: Cli, log: Log, log_path: Path, tmp_path: Path, command: str
 ) -> None:
     raw = german_excel(log, tmp_path)
     cli(command, "irma4", raw).refused(f"cdprcal check '{raw}' --propose map.yaml writes one")
@@ -350,10 +346,10 @@ def test_what_a_map_would_read_is_answered_by_the_way_to_it(
 
 @pytest.mark.parametrize("ending", [".csv", " of others.csv"])
 def test_another_number_of_cables_is_said_before_a_map_is_written(
-    cli: Cli, log: cdprcal.Log, tmp_path: Path, ending: str
+    cli: Cli, log: Log, tmp_path: Path, ending: str
 ) -> None:
     raw, the_map = tmp_path / f"three{ending}", tmp_path / "map.yaml"
-    cdprcal.write_log(cdprcal.Log(time_s=log.time_s, length_m=log.length_m[:, :3]), str(raw))
+    cdprcal.write_log(Log(time_s=log.time_s, length_m=log.length_m[:, :3]), str(raw))
     if "of others" in ending:
         raw.write_text(raw.read_text().replace("length_", "rope "))
     ran = cli("check", "irma4", raw, "--propose", the_map)
@@ -556,7 +552,7 @@ def test_a_number_may_be_written_in_any_way_that_has_one_meaning(
     ],
 )
 def test_no_map_is_proposed_for_cells_that_cannot_be_read(
-    cli: Cli, log: cdprcal.Log, tmp_path: Path, write: str, said: str
+    cli: Cli, log: Log, tmp_path: Path, write: str, said: str
 ) -> None:
     raw = tmp_path / "raw.csv"
     lines = ["t_s;" + ";".join(f"length_{i}_mm" for i in (1, 2, 3, 4))]
@@ -571,7 +567,7 @@ def test_no_map_is_proposed_for_cells_that_cannot_be_read(
 
 @pytest.mark.parametrize("mark", [-999, -9999, 9999, 65535])
 def test_marks_of_missing_readings_are_named_with_what_to_do(
-    cli: Cli, log: cdprcal.Log, tmp_path: Path, mark: int
+    cli: Cli, log: Log, tmp_path: Path, mark: int
 ) -> None:
     raw, the_map = canonical(log, tmp_path / "raw.csv"), tmp_path / "map.yaml"
     header, *rows = (line.split(",") for line in raw.read_text().splitlines())
@@ -619,9 +615,7 @@ def test_what_is_a_mark(values: list[float], marks: dict[int, int]) -> None:
     assert marks_in(np.array(values, dtype=np.float64)) == marks
 
 
-def scaled(
-    log: cdprcal.Log, path: Path, scale: dict[str, float], *renamed: tuple[str, str]
-) -> Path:
+def scaled(log: Log, path: Path, scale: dict[str, float], *renamed: tuple[str, str]) -> Path:
     """As ``canonical``, columns that begin so in another unit: how many of it SI's one is."""
     columns = [line.split(",") for line in canonical(log, path).read_text().splitlines()]
     header = columns[0]
@@ -651,7 +645,7 @@ def scaled(
     ],
 )
 def test_a_unit_in_brackets_is_taken(
-    log: cdprcal.Log, tmp_path: Path, stem: str, written: str, size: float, unit: str
+    log: Log, tmp_path: Path, stem: str, written: str, size: float, unit: str
 ) -> None:
     renamed = rf"^{stem}_(\d)_\w+$", rf"{stem} \1 [{written}]"
     raw = scaled(log, tmp_path / "raw.csv", {f"{stem}_": size}, renamed)
@@ -677,7 +671,7 @@ def test_a_unit_in_brackets_is_taken(
 )
 @pytest.mark.parametrize("below", [False, True])
 def test_a_unit_of_no_known_size_is_a_guess_and_says_so(
-    cli: Cli, log: cdprcal.Log, tmp_path: Path, stem: str, written: str, one: str, below: bool
+    cli: Cli, log: Log, tmp_path: Path, stem: str, written: str, one: str, below: bool
 ) -> None:
     name = rf"{stem} \1" + ("" if below else f" [{written}]")
     raw = scaled(log, tmp_path / "raw.csv", {}, (rf"^{stem}_(\d)_\w+$", name))
@@ -698,7 +692,7 @@ def test_a_unit_of_no_known_size_is_a_guess_and_says_so(
 
 @pytest.mark.parametrize(("unit", "size"), [("kgf", 9.80665), ("daN", 10.0), ("lbf", 4.4482216)])
 def test_tensions_without_a_unit_are_weighed_by_physics(
-    log: cdprcal.Log, robot: cdprcal.Robot, tmp_path: Path, unit: str, size: float
+    log: Log, robot: Robot, tmp_path: Path, unit: str, size: float
 ) -> None:
     renamed = r"^tension_(\d)_N$", r"tension_\1"
     raw = scaled(log, tmp_path / "raw.csv", {"tension_": 1.0 / size}, renamed)
@@ -711,7 +705,7 @@ def test_tensions_without_a_unit_are_weighed_by_physics(
 
 
 def test_of_maps_that_agree_as_well_the_one_that_changes_least_is_proposed(
-    log: cdprcal.Log, robot: cdprcal.Robot, tmp_path: Path
+    log: Log, robot: Robot, tmp_path: Path
 ) -> None:
     """Millimetres under a header that says metres: the frame seen from behind agrees as well."""
     raw = scaled(log, tmp_path / "raw.csv", {"length_": 1e3})
@@ -730,7 +724,7 @@ def test_eight_cables_are_read_as_they_stand(cli: Cli, tmp_path: Path) -> None:
         assert set(line.sign) == {1}, line
 
 
-def test_columns_of_several_units_are_a_guess(log: cdprcal.Log, tmp_path: Path) -> None:
+def test_columns_of_several_units_are_a_guess(log: Log, tmp_path: Path) -> None:
     renamed = r"^length_1_m$", "length_1_mm"
     raw = scaled(log, tmp_path / "raw.csv", {"length_1": 1e3}, renamed)
     lengths = proposed(raw)["lengths"]
@@ -739,7 +733,7 @@ def test_columns_of_several_units_are_a_guess(log: cdprcal.Log, tmp_path: Path) 
     assert "convert the columns to one unit" in lengths.why
 
 
-def with_times(log: cdprcal.Log, path: Path, names: str, written: list[str]) -> Path:
+def with_times(log: Log, path: Path, names: str, written: list[str]) -> Path:
     """A canonical log whose times are written otherwise, semicolons between its cells."""
     canonical(log, path, ("time_s", names))
     header, *rows = path.read_text().replace(",", ";").splitlines()
@@ -766,7 +760,7 @@ def with_times(log: cdprcal.Log, path: Path, names: str, written: list[str]) -> 
         "%I:%M:%S.%f %p",
     ],
 )
-def test_dates_and_times_of_day_pass_midnight(log: cdprcal.Log, tmp_path: Path, form: str) -> None:
+def test_dates_and_times_of_day_pass_midnight(log: Log, tmp_path: Path, form: str) -> None:
     begin = datetime(2026, 3, 1, 23, 59, 30)
     stamps = [begin + timedelta(seconds=time) for time in log.time_s.tolist()]
     written = [stamp.strftime(form) for stamp in stamps]
@@ -778,7 +772,7 @@ def test_dates_and_times_of_day_pass_midnight(log: cdprcal.Log, tmp_path: Path, 
 
 
 @pytest.mark.parametrize("first", [46000.54, 740000.5])
-def test_days_of_excel_and_matlab_are_times(log: cdprcal.Log, tmp_path: Path, first: float) -> None:
+def test_days_of_excel_and_matlab_are_times(log: Log, tmp_path: Path, first: float) -> None:
     written = [f"{first + time / 86400.0:.11f}" for time in log.time_s.tolist()]
     proposal = propose_file(with_times(log, tmp_path / "raw.csv", "Time", written))
     assert (proposal.time.unit, proposal.time.sure) == ("d", "likely")
@@ -787,9 +781,7 @@ def test_days_of_excel_and_matlab_are_times(log: cdprcal.Log, tmp_path: Path, fi
 
 
 @pytest.mark.parametrize("bits", [16, 32])
-def test_a_counter_that_overflows_begins_no_other_run(
-    log: cdprcal.Log, tmp_path: Path, bits: int
-) -> None:
+def test_a_counter_that_overflows_begins_no_other_run(log: Log, tmp_path: Path, bits: int) -> None:
     since = (log.time_s - log.time_s[0]) * (1e3 if bits == 16 else 1e6)
     counts = (2**bits - 20_000 + np.round(since).astype(np.int64)) % 2**bits
     name = "time_ms" if bits == 16 else "time_us"
@@ -808,7 +800,7 @@ def test_a_clock_that_is_set_back_is_no_counter() -> None:
         np.testing.assert_array_equal(unwrapped(values), values)
 
 
-def test_rows_out_of_order_are_said_to_be(log: cdprcal.Log, tmp_path: Path) -> None:
+def test_rows_out_of_order_are_said_to_be(log: Log, tmp_path: Path) -> None:
     header, *rows = canonical(log, tmp_path / "raw.csv").read_text().splitlines()
     (tmp_path / "raw.csv").write_text("\n".join([header, *reversed(rows), ""]))
     proposal = propose_file(tmp_path / "raw.csv")
@@ -816,9 +808,7 @@ def test_rows_out_of_order_are_said_to_be(log: cdprcal.Log, tmp_path: Path) -> N
     assert re.search(r"'time_s' goes back at \d+ of \d+ rows: sort the rows", proposal.time.why)
 
 
-def test_milliseconds_beside_a_time_of_day_are_a_part_of_it(
-    log: cdprcal.Log, tmp_path: Path
-) -> None:
+def test_milliseconds_beside_a_time_of_day_are_a_part_of_it(log: Log, tmp_path: Path) -> None:
     begin = datetime(2026, 3, 1, 23, 59, 30)
     stamps = [begin + timedelta(seconds=time) for time in log.time_s.tolist()]
     written = [f"{stamp:%d.%m.%Y;%H:%M:%S};{stamp.microsecond // 1000}" for stamp in stamps]
@@ -839,7 +829,7 @@ PREAMBLES = {
 
 @pytest.mark.parametrize("form", PREAMBLES)
 def test_the_names_are_found_below_and_beyond_what_loggers_write(
-    log: cdprcal.Log, tmp_path: Path, form: str
+    log: Log, tmp_path: Path, form: str
 ) -> None:
     raw = canonical(log, tmp_path / "raw.csv")
     header, *rows = raw.read_text().splitlines()
@@ -897,7 +887,7 @@ def test_a_time_zone_that_changes_is_no_jump_and_a_clock_set_back_is_one(tmp_pat
     ],
 )
 def test_seconds_and_what_passed_since_are_one_time(
-    log: cdprcal.Log, tmp_path: Path, names: str, per_s: int
+    log: Log, tmp_path: Path, names: str, per_s: int
 ) -> None:
     ticks = [1_772_366_400 * per_s + round(per_s * time) for time in log.time_s.tolist()]
     written = [f"{tick // per_s};{tick % per_s}" for tick in ticks]
@@ -908,7 +898,7 @@ def test_seconds_and_what_passed_since_are_one_time(
     np.testing.assert_allclose(found.time_s, log.time_s - log.time_s[0], atol=1e-5)
 
 
-def test_the_hours_that_excel_does_not_show_go_on(log: cdprcal.Log, tmp_path: Path) -> None:
+def test_the_hours_that_excel_does_not_show_go_on(log: Log, tmp_path: Path) -> None:
     since_s = [3570.0 + time for time in log.time_s.tolist()]
     written = [f"{int(s % 3600 // 60):02d}:{s % 60:04.1f}" for s in since_s]
     raw = with_times(log, tmp_path / "raw.csv", "Time", written)
@@ -918,7 +908,7 @@ def test_the_hours_that_excel_does_not_show_go_on(log: cdprcal.Log, tmp_path: Pa
     np.testing.assert_allclose(found.time_s, log.time_s - log.time_s[0], atol=0.051)
 
 
-def test_rows_before_all_sensors_began_are_rows(log: cdprcal.Log, tmp_path: Path) -> None:
+def test_rows_before_all_sensors_began_are_rows(log: Log, tmp_path: Path) -> None:
     raw = canonical(log, tmp_path / "raw.csv", ("time_s", "t [s]"))
     header, *rows = (line.split(",") for line in raw.read_text().splitlines())
     late = [i for i, name in enumerate(header) if name.startswith(("length", "swivel", "tension"))]
@@ -934,7 +924,7 @@ def test_rows_before_all_sensors_began_are_rows(log: cdprcal.Log, tmp_path: Path
 
 @pytest.mark.parametrize("first", ["wxyz", "xyzw"])
 def test_the_order_of_numbered_quaternions_is_found_by_physics(
-    log: cdprcal.Log, robot: cdprcal.Robot, tmp_path: Path, first: str
+    log: Log, robot: Robot, tmp_path: Path, first: str
 ) -> None:
     raw = with_quaternions(log, tmp_path / "raw.csv", first, 1.0)
     proposal = propose_file(raw, robot)
@@ -944,7 +934,7 @@ def test_the_order_of_numbered_quaternions_is_found_by_physics(
     assert (attitude.unit, attitude.sure) == ("quaternion_wxyz", "guess")
 
 
-def with_quaternions(log: cdprcal.Log, path: Path, order: str, one: float, odd: int = 0) -> Path:
+def with_quaternions(log: Log, path: Path, order: str, one: float, odd: int = 0) -> Path:
     """Lengths and tensions beside q0 … q3, of norm ``one``; the last ``odd`` are of half of it."""
     parts = one * quaternions(log)[:, ["wxyz".index(axis) for axis in order]]
     parts[len(parts) - odd :] *= 0.5
@@ -955,7 +945,7 @@ def with_quaternions(log: cdprcal.Log, path: Path, order: str, one: float, odd: 
 
 
 def test_quaternions_of_another_norm_are_scaled_counted_or_refused(
-    log: cdprcal.Log, robot: cdprcal.Robot, tmp_path: Path
+    log: Log, robot: Robot, tmp_path: Path
 ) -> None:
     raw, the_map = tmp_path / "raw.csv", tmp_path / "map.yaml"
     the_map.write_text(
@@ -1011,7 +1001,7 @@ def test_what_is_stamped_late_is_set_back(tmp_path: Path, every: int) -> None:
     assert log.length_m[:, 0] == pytest.approx(time_s)  # nothing else is late
 
 
-def test_a_latency_is_no_part_of_the_time(log: cdprcal.Log, tmp_path: Path) -> None:
+def test_a_latency_is_no_part_of_the_time(log: Log, tmp_path: Path) -> None:
     whole = np.arange(len(log)).tolist()
     written = [f"{time};{time % 7}" for time in whole]
     raw = with_times(log, tmp_path / "raw.csv", "time_s;latency_ms", written)
@@ -1022,7 +1012,7 @@ def test_a_latency_is_no_part_of_the_time(log: cdprcal.Log, tmp_path: Path) -> N
 @pytest.mark.parametrize("of", ["all", "header", "rows"])
 @pytest.mark.parametrize("units", [False, True])
 def test_separators_at_the_end_of_lines_make_no_column(
-    log: cdprcal.Log, tmp_path: Path, at_end: str, of: str, units: bool
+    log: Log, tmp_path: Path, at_end: str, of: str, units: bool
 ) -> None:
     raw = canonical(log, tmp_path / "raw.csv")
     text = raw.read_text()
@@ -1040,9 +1030,7 @@ def test_separators_at_the_end_of_lines_make_no_column(
     assert proposal.unused() == []
 
 
-def test_files_of_other_kinds_are_no_reason_for_a_map(
-    cli: Cli, log: cdprcal.Log, tmp_path: Path
-) -> None:
+def test_files_of_other_kinds_are_no_reason_for_a_map(cli: Cli, log: Log, tmp_path: Path) -> None:
     raw, packed = german_excel(log, tmp_path), tmp_path / "raw.csv.gz"
     packed.write_bytes(gzip.compress(raw.read_bytes()))
     assert "--propose map.yaml writes one" in cli("check", "irma4", packed).stderr
@@ -1057,7 +1045,7 @@ def test_files_of_other_kinds_are_no_reason_for_a_map(
         assert "--propose map.yaml" not in ran.stderr
 
 
-def test_json_messages_of_mcap_are_topics(cli: Cli, log: cdprcal.Log, tmp_path: Path) -> None:
+def test_json_messages_of_mcap_are_topics(cli: Cli, log: Log, tmp_path: Path) -> None:
     writing = pytest.importorskip("mcap.writer")
     raw, the_map = tmp_path / "rig.mcap", tmp_path / "map.yaml"
     begin = 1_772_366_400_000_000_000
@@ -1092,7 +1080,7 @@ def test_json_messages_of_mcap_are_topics(cli: Cli, log: cdprcal.Log, tmp_path: 
         propose_file(raw)
 
 
-def test_a_log_as_mcap_is_proposed_whole(cli: Cli, log: cdprcal.Log, tmp_path: Path) -> None:
+def test_a_log_as_mcap_is_proposed_whole(cli: Cli, log: Log, tmp_path: Path) -> None:
     raw, the_map = tmp_path / "run.mcap", tmp_path / "map.yaml"
     save_log(log, raw)
     assert cli("check", "irma4", raw, "--propose", the_map).code == 0
@@ -1101,7 +1089,7 @@ def test_a_log_as_mcap_is_proposed_whole(cli: Cli, log: cdprcal.Log, tmp_path: P
 
 
 def test_a_misspelt_topic_is_answered_by_those_there_are(
-    cli: Cli, robot: cdprcal.Robot, log: cdprcal.Log, tmp_path: Path
+    cli: Cli, robot: Robot, log: Log, tmp_path: Path
 ) -> None:
     raw, the_map = bag_of_joints(log, tmp_path), tmp_path / "map.yaml"
     assert cli("check", "irma4", raw, "--propose", the_map).code in (0, 1)
@@ -1128,7 +1116,7 @@ def test_a_misspelt_topic_is_answered_by_those_there_are(
 
 
 def test_a_session_names_its_robot_and_topics_that_are_there(
-    cli: Cli, robot: cdprcal.Robot, log: cdprcal.Log, tmp_path: Path
+    cli: Cli, robot: Robot, log: Log, tmp_path: Path
 ) -> None:
     bag, out = tmp_path / "bag", tmp_path / "run.csv"
     save_bag(log, bag, robot.euler_convention)
@@ -1149,7 +1137,7 @@ def test_a_session_names_its_robot_and_topics_that_are_there(
 
 
 def test_what_needs_an_extra_names_it(
-    log: cdprcal.Log, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    log: Log, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     mat = simulink(log, tmp_path)
     (tmp_path / "x.parquet").write_bytes(b"PAR1 and more")
@@ -1278,7 +1266,7 @@ def test_a_last_line_that_is_cut_off_is_left_out_and_said_so(text: str, tmp_path
 
 @pytest.mark.parametrize("at_end", ["77.1,1817.5,18", "\0" * 512, "77.1,1817.5,18\0\0\0"])
 def test_who_maps_a_log_is_told_of_its_cut_last_line(
-    cli: Cli, log: cdprcal.Log, tmp_path: Path, at_end: str
+    cli: Cli, log: Log, tmp_path: Path, at_end: str
 ) -> None:
     raw, the_map = SHAPES["kgf, unsaid"].make(log, tmp_path), tmp_path / "map.yaml"
     lines = len(raw.read_text().splitlines())
@@ -1317,7 +1305,7 @@ def test_nul_bytes_in_the_middle_are_lost_data(text: str, rows: int, tmp_path: P
     assert read_raw(path).lost == "line 6 (and 1 more, the last 9)"
 
 
-def test_who_maps_a_log_is_told_of_nul_bytes(cli: Cli, log: cdprcal.Log, tmp_path: Path) -> None:
+def test_who_maps_a_log_is_told_of_nul_bytes(cli: Cli, log: Log, tmp_path: Path) -> None:
     raw, the_map = SHAPES["kgf, unsaid"].make(log, tmp_path), tmp_path / "map.yaml"
     lines = raw.read_text().splitlines(keepends=True)
     lines[100] = lines[100][:20] + "\0" * 512 + lines[102][20:]
@@ -1371,7 +1359,7 @@ def test_json_of_one_table_is_read(held: Any, indent: int | None, tmp_path: Path
     np.testing.assert_array_equal(raw.columns["length 1"].values, [1.0, np.nan, 3.0])
 
 
-def test_a_data_frame_in_json_ends_in_a_map(log: cdprcal.Log, tmp_path: Path) -> None:
+def test_a_data_frame_in_json_ends_in_a_map(log: Log, tmp_path: Path) -> None:
     """Its index is the time; names of two levels are one; columns may be lists of lists."""
     pandas = pytest.importorskip("pandas")
     path = tmp_path / "frame.json"
@@ -1479,9 +1467,7 @@ def test_words_beside_readings_make_no_signals(
     assert list(read_raw(path).columns) == list(names)
 
 
-def test_arrays_of_other_rows_are_left_out_and_named(
-    cli: Cli, log: cdprcal.Log, tmp_path: Path
-) -> None:
+def test_arrays_of_other_rows_are_left_out_and_named(cli: Cli, log: Log, tmp_path: Path) -> None:
     io = pytest.importorskip("scipy.io")
     path = tmp_path / "run.mat"
     held = {"t": log.time_s, "L": log.length_m, "imu": {"rpy": np.zeros((1500, 3))}}
@@ -1494,7 +1480,7 @@ def test_arrays_of_other_rows_are_left_out_and_named(
     assert '# not used: "imu.rpy.1 (1500 rows)"' in proposal.text()
 
 
-def test_arrow_holds_more_kinds_than_numbers(log: cdprcal.Log, tmp_path: Path) -> None:
+def test_arrow_holds_more_kinds_than_numbers(log: Log, tmp_path: Path) -> None:
     pa = pytest.importorskip("pyarrow")
     from pyarrow import parquet as pq
 
@@ -1545,14 +1531,14 @@ def test_a_clock_that_begins_again_begins_another_run(tmp_path: Path) -> None:
     assert [finding.code for finding in file.findings] == ["same_time"]
 
 
-def test_damaged_tables_of_arrow_are_refused(log: cdprcal.Log, tmp_path: Path) -> None:
+def test_damaged_tables_of_arrow_are_refused(log: Log, tmp_path: Path) -> None:
     path = parquet(log, tmp_path)
     path.write_bytes(path.read_bytes()[:2000])
     with pytest.raises(cdprcal.InputError, match="is no whole file of its kind"):
         read_raw(path)
 
 
-def test_a_cut_bag_is_refused(log: cdprcal.Log, tmp_path: Path) -> None:
+def test_a_cut_bag_is_refused(log: Log, tmp_path: Path) -> None:
     file = next(bag_of_arrays(log, tmp_path).glob("*.mcap"))
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
     with pytest.raises(cdprcal.InputError, match="is no whole ROS 2 bag"):
@@ -1623,7 +1609,7 @@ def test_the_groups_and_units_are_those_of_the_library() -> None:
         assert sorted(order) == [0, 1, 2, 3]
 
 
-def scope_of(log: cdprcal.Log, separator: str, decimal: str) -> str:
+def scope_of(log: Log, separator: str, decimal: str) -> str:
     """As TwinCAT Scope exports a log of which the attitude is sampled half as often."""
     attitude = log.roll_pitch_yaw_rad[::2]
     signals = {
@@ -1653,7 +1639,7 @@ def scope_of(log: cdprcal.Log, separator: str, decimal: str) -> str:
 
 @pytest.mark.parametrize(("separator", "decimal"), [("\t", "."), (";", ","), (",", ".")])
 def test_an_export_of_twincat_scope_has_a_time_for_every_signal(
-    log: cdprcal.Log, tmp_path: Path, separator: str, decimal: str
+    log: Log, tmp_path: Path, separator: str, decimal: str
 ) -> None:
     path = tmp_path / "scope.csv"
     path.write_text(scope_of(log, separator, decimal), encoding="utf-16")
@@ -1666,7 +1652,7 @@ def test_an_export_of_twincat_scope_has_a_time_for_every_signal(
     assert np.isnan(raw.columns["Yaw"].values[1::2]).all()
 
 
-def test_arrays_of_two_rates_stand_on_the_times_of_both(log: cdprcal.Log, tmp_path: Path) -> None:
+def test_arrays_of_two_rates_stand_on_the_times_of_both(log: Log, tmp_path: Path) -> None:
     io = pytest.importorskip("scipy.io")
     path = tmp_path / "run.mat"
     time_s = np.array(log.time_s)

@@ -14,6 +14,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StorageP
 from rosbags.typesys import Stores, get_typestore
 
 import cdprcal
+from cdprcal import Log, Robot
 from cdprcal.hardware.session import Ros2, load_topics
 from cdprcal.hardware.xsens.measurement import quaternion_from_rotation
 from cdprcal.ros2 import is_bag, load_bag, save_bag
@@ -51,8 +52,8 @@ MAP = {
     ids=["plain", "map", "all"],
 )
 def test_what_is_written_is_read_again(
-    robot: cdprcal.Robot,
-    log: cdprcal.Log,
+    robot: Robot,
+    log: Log,
     tmp_path: Path,
     map_of: dict[str, Any],
     storage: Literal["mcap", "sqlite3"],
@@ -67,7 +68,7 @@ def test_what_is_written_is_read_again(
             np.testing.assert_allclose(getattr(read, name), getattr(log, name), atol=1e-12)
 
 
-def test_gaps_are_kept(robot: cdprcal.Robot, log: cdprcal.Log, tmp_path: Path) -> None:
+def test_gaps_are_kept(robot: Robot, log: Log, tmp_path: Path) -> None:
     lengths, angles = log.length_m.copy(), log.roll_pitch_yaw_rad.copy()
     lengths[5, 2], angles[7] = np.nan, np.nan
     log = changed(log, length_m=lengths, roll_pitch_yaw_rad=angles, swivel_rad=None)
@@ -79,9 +80,7 @@ def test_gaps_are_kept(robot: cdprcal.Robot, log: cdprcal.Log, tmp_path: Path) -
     assert read.swivel_rad.shape[1] == 0
 
 
-def test_a_bag_opens_with_mcap_ros2_support(
-    robot: cdprcal.Robot, log: cdprcal.Log, tmp_path: Path
-) -> None:
+def test_a_bag_opens_with_mcap_ros2_support(robot: Robot, log: Log, tmp_path: Path) -> None:
     from mcap.reader import make_reader
     from mcap_ros2.decoder import DecoderFactory
 
@@ -104,7 +103,7 @@ def test_a_bag_opens_with_mcap_ros2_support(
     assert counts == dict.fromkeys(topics_of, len(log))
 
 
-def test_a_bag_opens_with_rosbags(robot: cdprcal.Robot, log: cdprcal.Log, tmp_path: Path) -> None:
+def test_a_bag_opens_with_rosbags(robot: Robot, log: Log, tmp_path: Path) -> None:
     save_bag(log, tmp_path / "bag", robot.euler_convention)
     with Reader(tmp_path / "bag") as reader:
         assert {c.topic: c.msgtype for c in reader.connections} == {
@@ -121,7 +120,7 @@ def header(time_s: float) -> Any:
     return TYPES["std_msgs/msg/Header"](stamp=stamp, frame_id="x")
 
 
-def foreign_bag(path: Path, log: cdprcal.Log, robot: cdprcal.Robot) -> None:
+def foreign_bag(path: Path, log: Log, robot: Robot) -> None:
     """A bag as a ROS robot records it: by rosbags alone, joints in another order and not all of
     them cables, an IMU that runs beside them, stamps of today."""
     joint, imu = TYPES["sensor_msgs/msg/JointState"], TYPES["sensor_msgs/msg/Imu"]
@@ -171,9 +170,7 @@ DOCS = ROOT / "docs"
 SESSION_TEXT = (ROOT / "examples/canopen-simulated.yaml").read_text()
 
 
-def test_a_bag_of_rosbags_calibrates(
-    cli: Cli, robot: cdprcal.Robot, log: cdprcal.Log, tmp_path: Path
-) -> None:
+def test_a_bag_of_rosbags_calibrates(cli: Cli, robot: Robot, log: Log, tmp_path: Path) -> None:
     foreign_bag(tmp_path / "bag", log, robot)
     session, out = tmp_path / "session.yaml", tmp_path / "run.csv"
     session.write_text(f"{SESSION_TEXT}ros2: {json.dumps(MAP)}\n")
@@ -190,7 +187,7 @@ def test_a_bag_of_rosbags_calibrates(
 
 
 def test_a_session_of_topics_alone_is_enough_for_bags(
-    cli: Cli, robot: cdprcal.Robot, log: cdprcal.Log, tmp_path: Path
+    cli: Cli, robot: Robot, log: Log, tmp_path: Path
 ) -> None:
     foreign_bag(tmp_path / "bag", log, robot)
     session, out = tmp_path / "session.yaml", tmp_path / "run.csv"
@@ -212,9 +209,7 @@ def test_a_session_of_topics_alone_is_enough_for_bags(
         cli("export", "irma4", out, "-o", tmp_path / "no", "--session", session).refused(said)
 
 
-def test_export_and_import_again(
-    cli: Cli, log_path: Path, log: cdprcal.Log, tmp_path: Path
-) -> None:
+def test_export_and_import_again(cli: Cli, log_path: Path, log: Log, tmp_path: Path) -> None:
     bag, out = tmp_path / "bag", tmp_path / "again.mcap"
     assert cli("export", "irma4", log_path, "-o", bag).code == 0
     assert cli("import", bag, "--robot", "irma4", "-o", out).code == 0
@@ -227,7 +222,7 @@ def test_export_and_import_again(
     assert not (tmp_path / "no.csv").exists()
 
 
-def cdprcal_log(path: Path) -> cdprcal.Log:
+def cdprcal_log(path: Path) -> Log:
     from cdprcal.io import load_log
 
     return load_log(path).log
@@ -248,16 +243,14 @@ def cdprcal_log(path: Path) -> cdprcal.Log:
     ],
 )
 def test_maps_that_do_not_fit_are_said(
-    robot: cdprcal.Robot, log: cdprcal.Log, tmp_path: Path, fields: dict[str, Any], words: str
+    robot: Robot, log: Log, tmp_path: Path, fields: dict[str, Any], words: str
 ) -> None:
     save_bag(log, tmp_path / "bag", robot.euler_convention)
     with pytest.raises(cdprcal.InputError, match=words):
         load_bag(tmp_path / "bag", topics(**fields), robot.euler_convention)
 
 
-def test_joints_of_other_names_are_listed(
-    robot: cdprcal.Robot, log: cdprcal.Log, tmp_path: Path
-) -> None:
+def test_joints_of_other_names_are_listed(robot: Robot, log: Log, tmp_path: Path) -> None:
     save_bag(log, tmp_path / "bag", robot.euler_convention, topics(**MAP))
     only = topics(joint_states=MAP["joint_states"])
     with pytest.raises(cdprcal.InputError, match=r"has the joints fl, fr, .*ros2\.length_joints"):
@@ -266,7 +259,7 @@ def test_joints_of_other_names_are_listed(
 
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 def test_damaged_bags_are_refused(
-    robot: cdprcal.Robot, log: cdprcal.Log, tmp_path: Path, storage: Literal["mcap", "sqlite3"]
+    robot: Robot, log: Log, tmp_path: Path, storage: Literal["mcap", "sqlite3"]
 ) -> None:
     save_bag(log, tmp_path / "bag", robot.euler_convention, storage=storage)
     path = next((tmp_path / "bag").glob("bag.*"))
@@ -294,16 +287,14 @@ def test_what_is_no_bag_is_none(log_path: Path, tmp_path: Path) -> None:
     assert not is_bag(tmp_path / "none")
 
 
-def test_a_map_for_another_number_of_cables(
-    robot: cdprcal.Robot, log: cdprcal.Log, tmp_path: Path
-) -> None:
+def test_a_map_for_another_number_of_cables(robot: Robot, log: Log, tmp_path: Path) -> None:
     with pytest.raises(cdprcal.InputError, match=r"ros2\.wrenches: names 3, the log has 4"):
         save_bag(log, tmp_path / "bag", robot.euler_convention, topics(wrenches=WRENCHES[:3]))
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.fixture
-def short(log: cdprcal.Log) -> cdprcal.Log:
+def short(log: Log) -> Log:
     """Its first hundred samples."""
     return changed(log, **{name: getattr(log, name)[:100] for name in ("time_s", *CHANNELS)})
 
@@ -311,7 +302,7 @@ def short(log: cdprcal.Log) -> cdprcal.Log:
 @pytest.mark.parametrize("of", ["message", "file", "storage"])
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 def test_packed_bags_are_read(
-    robot: cdprcal.Robot, short: cdprcal.Log, tmp_path: Path, of: str, storage: str
+    robot: Robot, short: Log, tmp_path: Path, of: str, storage: str
 ) -> None:
     if (storage, of) == ("sqlite3", "storage"):
         pytest.skip("SQLite packs nothing by itself")
@@ -334,7 +325,7 @@ def test_packed_bags_are_read(
 
 @pytest.mark.parametrize("compression", ["lz4", "zstd", ""])
 def test_an_mcap_of_another_writer_is_read(
-    robot: cdprcal.Robot, short: cdprcal.Log, tmp_path: Path, compression: str
+    robot: Robot, short: Log, tmp_path: Path, compression: str
 ) -> None:
     """As rosbag2_storage_mcap writes them: many chunks, with and without an index."""
     from mcap.records import Channel, Message, Schema
@@ -379,7 +370,7 @@ def test_an_mcap_of_another_writer_is_read(
 
 
 def test_a_flipped_bit_in_an_exported_mcap_is_noticed(
-    robot: cdprcal.Robot, short: cdprcal.Log, tmp_path: Path
+    robot: Robot, short: Log, tmp_path: Path
 ) -> None:
     save_bag(short, tmp_path / "bag", robot.euler_convention)
     path = tmp_path / "bag" / "bag.mcap"
@@ -397,7 +388,7 @@ def test_a_flipped_bit_in_an_exported_mcap_is_noticed(
 
 
 def test_an_exported_sqlite_has_a_checksum_and_others_are_said_to_have_none(
-    robot: cdprcal.Robot, short: cdprcal.Log, tmp_path: Path
+    robot: Robot, short: Log, tmp_path: Path
 ) -> None:
     """A flipped bit in a reading: SQLite itself does not see it; docs/ros2.md says so."""
     save_bag(short, tmp_path / "bag", robot.euler_convention, storage="sqlite3")
@@ -423,7 +414,7 @@ def test_an_exported_sqlite_has_a_checksum_and_others_are_said_to_have_none(
     assert load_bag(path.parent, None, robot.euler_convention).findings == ()
 
 
-def test_a_bag_of_several_files(robot: cdprcal.Robot, log: cdprcal.Log, tmp_path: Path) -> None:
+def test_a_bag_of_several_files(robot: Robot, log: Log, tmp_path: Path) -> None:
     """As ``ros2 bag record --max-bag-duration`` splits them."""
     save_bag(log, tmp_path / "whole", robot.euler_convention)
     bag = tmp_path / "bag"
