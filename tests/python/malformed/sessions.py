@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from malformed.case import PNG, TEN_MILLION, Case, Change, cut, only, sub, swap
+from malformed.case import PNG, TEN_MILLION, Case, Change, aliases, cut, only, sub, swap
 
 HERE = r":\d+:\d+: .*"
 
 
 def _session(name: str, change: Change, words: str, big: bool = False) -> Case:
     return Case("session", name, change, words, big=big)
-
-
-def _aliases(data: bytes) -> bytes:
-    steps = [f"a{i}: &a{i} [*a{i - 1}, *a{i - 1}]" for i in range(1, 60)]
-    return data + "\n".join(["a0: &a0 [1, 1]", *steps, ""]).encode()
 
 
 FIELDS = {
@@ -120,7 +115,7 @@ CASES = (
     _session("a list", only(b"- 1\n"), HERE + "a session file is a map"),
     _session("two documents", lambda data: data + b"---\na: 1\n", "."),
     _session("cut", cut(0.5), HERE),
-    _session("aliases of aliases", _aliases, "alias|a0"),
+    _session("aliases of aliases", aliases, "alias|a0"),
     _session(
         "a mapping that holds itself", lambda data: data + b"more: &m {a: *m}\n", "alias|more"
     ),
