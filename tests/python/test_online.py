@@ -27,6 +27,7 @@ from cdprcal.acquisition.monitor import Monitor
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import load_log
 from cdprcal.studies import Workers
+from cdprcal.studies.monte_carlo import start_up_options
 from conftest import TABLE_II_TENSIONS_N, Cli, changed
 
 PERIOD_S = 8.0  # of one rest and one move
@@ -34,14 +35,7 @@ PERIOD_S = 8.0  # of one rest and one move
 
 @pytest.fixture(scope="module")
 def made(robot: Robot) -> cdprcal.SyntheticLog:
-    options = cdprcal.SyntheticLogOptions(
-        dwell_s=4.0,
-        move_s=4.0,
-        noise=cdprcal.reading_noise(robot.sigma, 0.2),
-        wrench_force_N=robot.sigma.wrench_force_N,
-        wrench_moment_Nm=cdprcal.characteristic_length_m(robot) * robot.sigma.wrench_force_N,
-        seed=4,
-    )
+    options = start_up_options(robot, 4, 0.2, dwell_s=4.0, move_s=4.0)
     return cdprcal.synthetic_log(robot, [np.array(t) for t in TABLE_II_TENSIONS_N], options)
 
 

@@ -18,6 +18,7 @@ from cdprcal import CalibrateOptions, CalibrationStatus, InputError, Method
 from cdprcal.cli.generate import with_sensors
 from cdprcal.io import load_log, save_log
 from cdprcal.sensors import OPTIONS
+from cdprcal.studies.monte_carlo import start_up_options
 from conftest import TABLE_II_TENSIONS_N, Cli, changed, few
 
 ABSOLUTE = ("absolute_yaw_rad", "direct_length_m", "position_m")
@@ -26,14 +27,8 @@ SENSORS = {name: field for name, field in OPTIONS.items() if name != "angular-ve
 
 
 def run_of(robot: cdprcal.Robot, seed: int = 6, noise: float = 0.2) -> cdprcal.SyntheticLog:
-    options = cdprcal.SyntheticLogOptions(
-        dwell_s=3.0,
-        move_s=3.0,
-        noise=cdprcal.reading_noise(robot.sigma, noise, absolute=True),
-        wrench_force_N=robot.sigma.wrench_force_N,
-        wrench_moment_Nm=cdprcal.characteristic_length_m(robot) * robot.sigma.wrench_force_N,
-        seed=seed,
-    )
+    options = start_up_options(robot, seed, noise, dwell_s=3.0, move_s=3.0)
+    options.noise = cdprcal.reading_noise(robot.sigma, noise, absolute=True)
     if robot.cable_count == 4:
         set_points = [np.array(tension_N) for tension_N in TABLE_II_TENSIONS_N[:5]]
     else:

@@ -20,10 +20,10 @@ import pytest
 import cdprcal
 from cdprcal.hardware import BackendError
 from cdprcal.hardware.drives.ethercat_bus import EthercatFieldbus
-from cdprcal.hardware.session import Session, parse_session
+from cdprcal.hardware.session import Session
 from cdprcal.testing.simulated_devices.drive import SimulatedDrive
 from cdprcal.testing.simulated_devices.ethercat_slave import EthercatSlave, process_frame
-from winch_bus import EXAMPLE
+from winch_bus import ethercat_session
 
 RUN = Path(__file__).with_name("ethercat_run.py")
 _TRY = """
@@ -119,10 +119,7 @@ def test_a_program_that_hangs_is_missed_by_the_slaves(network: list[str]) -> Non
 
 @pytest.fixture
 def session() -> Session:
-    canopen = "{type: canopen, interface: virtual, channel: irma4}"
-    text = EXAMPLE.read_text().replace(canopen, "{type: ethercat, interface: nowhere0}")
-    text = text.replace("simulated: {}", "").replace("port: simulated", "port: x")
-    return parse_session(text, "session")
+    return ethercat_session("nowhere0")
 
 
 def frame_of(command: int, node: int, register: int, data: bytes) -> bytes:
