@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
@@ -22,6 +21,7 @@ from browser import Tab, browser_tab, chromium
 from cdprcal.cli import app
 from cdprcal.sensors import LOG_GROUPS
 from robots import small_plan
+from scripts import executed
 
 # An environment from before they were dependencies: test_session.py says so, the others go on.
 collect_ignore_glob = [] if find_spec("canopen") else ["test_winch*.py", "test_rosbag*.py"]
@@ -237,7 +237,7 @@ def browse() -> Callable[..., Browsed]:
 
     def run(address: str, *flags: str) -> Browsed:
         with tempfile.TemporaryDirectory() as profile:
-            done = subprocess.run(
+            done = executed(
                 [
                     browser,
                     "--headless=new",
@@ -253,10 +253,7 @@ def browse() -> Callable[..., Browsed]:
                     "--dump-dom",
                     address,
                 ],
-                capture_output=True,
-                text=True,
                 timeout=120,
-                check=False,
             )
         lines = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
         return Browsed(done.stdout, lines)

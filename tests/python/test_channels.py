@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import re
 import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ from cdprcal.results import residual_as_dict
 from cdprcal.schemas import schema
 from cdprcal.sensors import ABSOLUTE, CHANNELS, LOG_GROUPS, OPTIONS, SENSORS, columns_of
 from conftest import TABLE_II_TENSIONS_N, Cli
+from scripts import executed
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -186,7 +186,7 @@ def test_what_the_page_says_compiles_and_works(tmp_path: Path) -> None:
     together.write_text("".join(f'#include "{path}"\n' for path in (*sources, PROGRAM)), "utf-8")
     command = [compiler, "-std=c++20", "-O0", f"-I{tmp_path}", f"-I{ROOT / 'cpp'}"]
     command += ["-isystem", str(eigen), str(together), "-o", str(program)]
-    ran = subprocess.run(command, capture_output=True, text=True, check=False)
+    ran = executed(command)
     assert ran.returncode == 0, ran.stderr[-3000:]
-    shown = subprocess.run([program], capture_output=True, text=True, check=False)
+    shown = executed([program])
     assert shown.returncode == 0, shown.stdout + shown.stderr

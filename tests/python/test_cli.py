@@ -19,6 +19,7 @@ import pytest
 import cdprcal
 from cdprcal.results import calibration_as_dict
 from conftest import Cli, changed, raw_text, strict
+from scripts import executed
 
 CHANNELS = {
     "length_m",
@@ -85,12 +86,7 @@ def test_one_answer_in_every_language(
         pytest.skip("CDPRCAL_BIN does not name the folder of cdprcal-solve")
     robot = tmp_path / "robot.yaml"
     robot.write_text(cdprcal.builtin_robot_yaml("irma4").replace("12.992", mass_kg))
-    ran = subprocess.run(
-        [Path(folder) / "cdprcal-solve", robot, log_path, "--json"],
-        capture_output=True,
-        check=False,
-        text=True,
-    )
+    ran = executed([Path(folder) / "cdprcal-solve", robot, log_path, "--json"])
     cpp = strict(ran.stdout)
     python = cli("calibrate", robot, log_path, "--json")
     command_line = strict(python.stdout)
@@ -317,13 +313,7 @@ def test_generate_says_what_to_do_where_it_fits_no_grid_or_does_not_keep_clear(
 
 
 def program(*arguments: object, **options: Any) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "cdprcal", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        **options,
-    )
+    return executed([sys.executable, "-m", "cdprcal", *map(str, arguments)], timeout=60, **options)
 
 
 @pytest.mark.alone
@@ -380,10 +370,8 @@ def test_the_version_and_those_of_the_libraries_are_told(cli: Cli) -> None:
     ],
 )
 def test_a_shell_completes_commands(shell: str, typed: dict[str, str]) -> None:
-    ran = subprocess.run(
+    ran = executed(
         [sys.executable, "-c", "import cdprcal.cli; cdprcal.cli.app(prog_name='cdprcal')"],
-        capture_output=True,
-        text=True,
         check=True,
         env={**os.environ, **typed, "_CDPRCAL_COMPLETE": f"complete_{shell}"},
     )
@@ -402,9 +390,7 @@ def test_help_loads_neither_numpy_nor_the_core() -> None:
 
 def test_a_reader_that_goes_away_is_no_traceback(log_path: Path) -> None:
     command = f"'{sys.executable}' -m cdprcal calibrate irma4 '{log_path}' --json | head -c 1"
-    ran = subprocess.run(
-        ["bash", "-c", command], capture_output=True, text=True, check=False, timeout=60
-    )
+    ran = executed(["bash", "-c", command], timeout=60)
     assert ran.stdout == "{"
     assert "Traceback" not in ran.stderr
     assert "Exception" not in ran.stderr
@@ -484,12 +470,7 @@ except SystemExit:
     raise
 """
     for at, out in (("", ""), ("loaded()", "raised\n")):
-        ran = subprocess.run(
-            [sys.executable, "-c", program.replace("LOADED", at)],
-            capture_output=True,
-            text=True,
-            timeout=60,
-        )
+        ran = executed([sys.executable, "-c", program.replace("LOADED", at)], timeout=60)
         assert (ran.returncode, ran.stdout, ran.stderr) == (128 + number, out, "")
 
 

@@ -16,6 +16,7 @@ from cdprcal._core import InputError
 from cdprcal.extras import EXTRAS, Extra, missing, need
 from cdprcal.io.log_file import load_log
 from cdprcal.io.save import save_log
+from scripts import executed
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -78,10 +79,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def bare(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
     """A command without any of the extras."""
-    return subprocess.run(
+    return executed(
         [sys.executable, "-c", WITHOUT.format(names=set(EXTRAS)), *words],
-        cwd=folder, capture_output=True, text=True, check=False, env=dict(os.environ),
-    )  # fmt: skip
+        cwd=folder,
+        env=dict(os.environ),
+    )
 
 
 @pytest.mark.parametrize(
@@ -156,9 +158,7 @@ HEAVY = (
 )
 def test_what_an_import_brings_in(code: str, allowed: tuple[str, ...]) -> None:
     shown = "import sys; print(*{name.split('.')[0] for name in sys.modules})"
-    ran = subprocess.run(
-        [sys.executable, "-c", f"{code}\n{shown}"], capture_output=True, text=True, check=True
-    )
+    ran = executed([sys.executable, "-c", f"{code}\n{shown}"], check=True)
     loaded = set(ran.stdout.split())
     assert not loaded & ({*HEAVY, "numpy"} - set(allowed))
 
@@ -170,7 +170,7 @@ def test_libraries_of_solvers_that_are_never_chosen_are_not_loaded() -> None:
     if _core.library_versions()["Ceres"] >= "2.2":
         pytest.skip("another Ceres than the one whose solvers are left out")
     shown = "import cdprcal._core; print(open('/proc/self/maps').read())"
-    ran = subprocess.run([sys.executable, "-c", shown], capture_output=True, text=True, check=True)
+    ran = executed([sys.executable, "-c", shown], check=True)
     assert "libnlopt" in ran.stdout
     for library in ("liblapack", "libatlas", "libcholmod", "libgfortran.so"):
         assert library not in ran.stdout

@@ -13,7 +13,7 @@ from types import ModuleType
 
 import pytest
 
-from scripts import load_script
+from scripts import executed, load_script
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPT = ROOT / "tools" / "instructions"
@@ -30,13 +30,7 @@ def flops() -> ModuleType:
 
 
 def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, SCRIPT, *arguments],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
+    return executed([sys.executable, SCRIPT, *arguments], timeout=300)
 
 
 @pytest.fixture
@@ -90,9 +84,7 @@ def test_a_workload_that_is_not_there(bin_folder: str) -> None:
 
 
 def test_the_record_holds_every_workload(bin_folder: str) -> None:
-    listed = subprocess.run(
-        [Path(bin_folder) / "cdprcal_workloads"], capture_output=True, text=True, check=True
-    )
+    listed = executed([Path(bin_folder) / "cdprcal_workloads"], check=True)
     record = json.loads((ROOT / "tests" / "instructions" / "counts.json").read_text())
     assert listed.stdout.split() == list(record["counts"])
 

@@ -17,7 +17,7 @@ from ruamel.yaml import YAML
 
 import cdprcal
 from cdprcal import _core
-from scripts import load_script
+from scripts import executed, load_script
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -94,12 +94,10 @@ def test_sdist_holds_what_builds_and_tests_it_and_nothing_stray(sdist: dict[str,
 def test_sdist_holds_every_tracked_file(sdist: dict[str, int]) -> None:
     if not (ROOT / ".git").exists() or shutil.which("git") is None:
         pytest.skip("no git checkout: nothing says which files are tracked")
-    listed = subprocess.run(
+    listed = executed(
         ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
         cwd=ROOT,
         check=True,
-        capture_output=True,
-        text=True,
     ).stdout
     wanted = {name for name in listed.split("\0") if name and (ROOT / name).exists()}
     assert set(sdist) - {"PKG-INFO"} == wanted - LEFT_OUT
@@ -134,9 +132,7 @@ def test_lint_fails_when_one_of_its_tools_complains(tmp_path: Path, complains: s
         )
         tool.chmod(0o755)
     environment = {**os.environ, "CDPRCAL_TOOLS": str(tmp_path)}
-    done = subprocess.run(
-        [ROOT / "tools" / "lint"], capture_output=True, text=True, check=False, env=environment
-    )
+    done = executed([ROOT / "tools" / "lint"], env=environment)
     assert done.returncode == (0 if complains is None else 1), done.stderr
     assert complains is None or f"failed: {complains}" in done.stderr
     calls = (tmp_path / "calls").read_text().splitlines()
@@ -157,9 +153,9 @@ def test_lint_fails_when_one_of_its_tools_complains(tmp_path: Path, complains: s
 
 @pytest.mark.parametrize("name", ["setup", "tools/lint", "tools/wheel"])
 def test_scripts_say_how_they_are_used(name: str) -> None:
-    asked = subprocess.run([ROOT / name, "--help"], capture_output=True, text=True, check=True)
+    asked = executed([ROOT / name, "--help"], check=True)
     assert asked.stdout.startswith(f"usage: {name if '/' in name else './' + name}")
-    wrong = subprocess.run([ROOT / name, "--no-such"], capture_output=True, text=True, check=False)
+    wrong = executed([ROOT / name, "--no-such"])
     assert wrong.returncode == 2
     assert "usage:" in wrong.stderr
 
@@ -175,9 +171,7 @@ def test_the_wheel_is_told_for_which_python_before_anything_is_built(tmp_path: P
         (("--nonsense",), "usage:"),
         (("one.whl", "two.whl"), "usage:"),
     ):
-        ran = subprocess.run(
-            [ROOT / "tools" / "wheel", *arguments], capture_output=True, text=True, check=False
-        )
+        ran = executed([ROOT / "tools" / "wheel", *arguments])
         assert ran.returncode == 2, arguments
         assert words in ran.stderr
 

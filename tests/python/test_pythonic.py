@@ -29,6 +29,7 @@ from cdprcal import Log, Robot, _core, calls
 from cdprcal.copying import PLAIN, fields_of
 from conftest import changed
 from raw_files import german_excel
+from scripts import executed
 
 
 def test_paths_and_words_do_what_objects_and_enums_do(
@@ -347,7 +348,7 @@ print(copy.copy(options).at_s, pickle.loads(pickle.dumps(options)).at_s)
 
 
 def test_options_pickle_before_anything_else_is_used() -> None:
-    ran = subprocess.run([sys.executable, "-c", SEEN], capture_output=True, text=True, check=True)
+    ran = executed([sys.executable, "-c", SEEN], check=True)
     assert ran.stdout == "[1.0] [1.0]\n"
 
 
@@ -594,9 +595,7 @@ def test_a_users_script_passes_strict_mypy(tmp_path: Path) -> None:
     env = dict(os.environ) if root.name == "site-packages" else os.environ | {"MYPYPATH": str(root)}
 
     def run() -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            command, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=300, check=False
-        )
+        return executed(command, cwd=tmp_path, env=env, timeout=300)
 
     assert (ran := run()).returncode == 0, ran.stdout
     script.write_text(SCRIPT.replace("method=", "methods="))

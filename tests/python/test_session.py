@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
 import sys
 from importlib.util import find_spec
 from pathlib import Path
@@ -25,6 +24,7 @@ from cdprcal.hardware.session.file import shipped_schema
 from cdprcal.hardware.session.objects import object_type, parse_object
 from conftest import Cli
 from robots import small_plan
+from scripts import executed
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "canopen-simulated.yaml"
 #: Keys of a session that bags need none of.
@@ -105,12 +105,7 @@ def test_what_the_hardware_needs_is_installed(module: str) -> None:
 
 
 def test_the_module_prints_the_schema() -> None:
-    ran = subprocess.run(
-        [sys.executable, "-m", "cdprcal.hardware.session"],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    ran = executed([sys.executable, "-m", "cdprcal.hardware.session"], check=True)
     assert ran.stdout == schema_text()
     assert ran.stderr == ""
 
