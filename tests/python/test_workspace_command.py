@@ -324,12 +324,6 @@ def test_wrong_use_is_refused(
     assert not list(tmp_path.iterdir()), "nothing is written"
 
 
-@pytest.mark.parametrize("count", [1, 2])
-def test_other_numbers_of_cables_are_refused(cli: Cli, tmp_path: Path, count: int) -> None:
-    path = robot_file(polygon_robot(count), tmp_path)
-    assert_refused(cli("workspace", path), "needs 3 cables or more", f"not {count}")
-
-
 def test_limits_that_hold_nothing_are_an_empty_workspace(
     cli: Cli, robot: cdprcal.Robot, tmp_path: Path
 ) -> None:
