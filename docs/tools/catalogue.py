@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 
 from cdprcal import _core, simulate_startup
 from cdprcal.demo.story import start_up
-from cdprcal.diagnosis.shapes import value_shape
+from cdprcal.diagnosis.document import value_shape
 from cdprcal.diagnosis.units import for_people
 
 ROBOT = "irma4"

@@ -86,8 +86,12 @@ def repeat(result: Result) -> Repeated:
 def _repeated(result: Result) -> Repeated:
     if result.command == "calibrate":
         options = calibrate_options(result.options)
-        solve = _in_motion if result.options.get("motion") else _core.calibrate
-        calibration = solve(result.robot, result.logs[0], options)
+        given = (result.robot, result.logs[0], options)
+        calibration = (
+            _core.calibrate_in_motion(*given).calibration
+            if result.options.get("motion")
+            else _core.calibrate(*given)
+        )
         document = calibration_as_dict(result.robot, calibration)
         keys = ("status", "initial_pose", "covariance")
     else:
@@ -106,12 +110,6 @@ def _repeated(result: Result) -> Repeated:
         _difference(before[keys[1]], document[keys[1]], before[keys[2]]),
         document,
     )
-
-
-def _in_motion(
-    robot: _core.Robot, log: _core.Log, options: _core.CalibrateOptions
-) -> _core.Calibration:
-    return _core.calibrate_in_motion(robot, log, options).calibration
 
 
 def _effects(document: dict[str, Any]) -> list[str]:

@@ -12,7 +12,8 @@ import re
 import shlex
 import shutil
 import sys
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from rich.cells import cell_len
@@ -246,3 +247,27 @@ def scaled(value: float | None, factor: float) -> float | None:
 def degrees(value: float | None) -> float | None:
     """Radians in degrees; None when there is none."""
     return scaled(value, math.degrees(1))
+
+
+Show = Callable[[str, float], None]
+
+
+@contextmanager
+def progress_bar() -> Iterator[Show]:
+    """Yields ``show(stage, share)``; one bar, named after the stage, that disappears at the end."""
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+    out = notes()
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=out, transient=True, disable=not out.is_terminal) as bar:
+        task = bar.add_task("starting", total=1.0)
+
+        def show(stage: str, share: float) -> None:
+            bar.update(task, description=stage, completed=share)
+
+        yield show

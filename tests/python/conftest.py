@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
@@ -22,6 +21,7 @@ from browser import Tab, browser_tab, chromium
 from cdprcal.cli import app
 from cdprcal.sensors import LOG_GROUPS
 from robots import small_plan
+from scripts import executed
 
 # An environment from before they were dependencies: test_session.py says so, the others go on.
 collect_ignore_glob = [] if find_spec("canopen") else ["test_winch*.py", "test_rosbag*.py"]
@@ -57,7 +57,7 @@ class Ran:
     def document(self, code: int = 0) -> Any:
         """What it said with --json; holds that it ended with this exit code."""
         assert self.code == code, self
-        return json.loads(self.stdout)
+        return strict(self.stdout)
 
     def refused(self, *words: str) -> None:
         """Holds that it was wrong use, and that stderr has these words."""
@@ -112,6 +112,12 @@ def synthetic(robot: cdprcal.Robot) -> cdprcal.SyntheticLog:
         dwell_s=4.0, move_s=4.0, noise=cdprcal.reading_noise(robot.sigma, 0.05), seed=7
     )
     return cdprcal.synthetic_log(robot, [np.array(t) for t in TABLE_II_TENSIONS_N], options)
+
+
+@pytest.fixture(scope="session")
+def log(synthetic: cdprcal.SyntheticLog) -> cdprcal.Log:
+    """What was read on the synthetic run."""
+    return synthetic.log
 
 
 @pytest.fixture
@@ -231,7 +237,7 @@ def browse() -> Callable[..., Browsed]:
 
     def run(address: str, *flags: str) -> Browsed:
         with tempfile.TemporaryDirectory() as profile:
-            done = subprocess.run(
+            done = executed(
                 [
                     browser,
                     "--headless=new",
@@ -247,10 +253,7 @@ def browse() -> Callable[..., Browsed]:
                     "--dump-dom",
                     address,
                 ],
-                capture_output=True,
-                text=True,
                 timeout=120,
-                check=False,
             )
         lines = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
         return Browsed(done.stdout, lines)

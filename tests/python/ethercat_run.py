@@ -34,12 +34,12 @@ from cdprcal.hardware.simulated import start_of
 from cdprcal.hardware.xsens.device import XsensMti, open_port
 from cdprcal.io import AcquisitionInputs, load_log, open_live_log
 from cdprcal.testing.simulated_devices.__main__ import PtyMti
+from cdprcal.testing.simulated_devices.connect import LockstepAttitude
 from cdprcal.testing.simulated_devices.ethercat_robot import (
     SimulatedRobotOnEthercat,
     control_frame,
     raw_socket,
 )
-from cdprcal.testing.simulated_devices.lockstep import LockstepAttitude
 from robots import small_plan
 from winch_bus import AT_ONCE, EXAMPLE, FINER, WithoutBus
 from winch_hazards import MODES, SESSION

@@ -6,6 +6,7 @@ import http.client
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 from typing import Any
@@ -34,6 +35,17 @@ def started(*arguments: object) -> tuple[subprocess.Popen[str], int]:
         if match:
             return running, int(match[1])
     raise AssertionError(f"no page: {running.wait()}")
+
+
+def serves_until_ctrl_c(words: str, path: str, *arguments: object) -> None:
+    """Holds that a command of its own says these words at a path, and ends well on Ctrl-C."""
+    running, port = started(*arguments)
+    try:
+        assert words in get(port, path)
+        running.send_signal(signal.SIGINT)
+        assert running.wait(10) == 0
+    finally:
+        running.kill()
 
 
 def get(port: int, path: str) -> str:

@@ -1,7 +1,9 @@
-"""Robots that the tests make: polygons of 3, 4 and 5 cables, changed copies; and a small plan."""
+"""Robots that the tests make: polygons of 3, 4 and 5 cables, changed copies, hidden effects; and a
+small plan."""
 
 from __future__ import annotations
 
+import math
 from io import StringIO
 from typing import Any
 
@@ -9,6 +11,7 @@ import numpy as np
 from ruamel.yaml import YAML
 
 import cdprcal
+from cdprcal.diagnosis.document import value_shape
 from cdprcal.testing.altered import altered as altered
 
 
@@ -111,3 +114,27 @@ def small_plan(robot: cdprcal.Robot) -> cdprcal.Plan:
     result = cdprcal.make_plan(robot, positions_m=[np.array(p) for p in positions])
     assert result.status == cdprcal.PlanStatus.planned, result.reason
     return result.plan
+
+
+def drawn_effect(
+    random: np.random.Generator, name: str, sizes: tuple[float, float]
+) -> cdprcal.InjectedEffect:
+    """An effect of the catalogue, so many typical sizes of irma4 large, of random signs."""
+    info = next(i for i in cdprcal.effect_catalogue() if i.name == name)
+    values: list[float] = []
+    for parameter in info.parameters:
+        count = math.prod(value_shape(parameter.shape, 4))
+        drawn = random.uniform(*sizes, count) * parameter.typical
+        if not info.one_sided:
+            drawn *= random.choice([-1.0, 1.0], count)
+        values += list(1.0 / drawn if info.inverse else drawn)
+    return cdprcal.InjectedEffect(name, values)
+
+
+def drawn_effects(
+    random: np.random.Generator, count: int, sizes: tuple[float, float]
+) -> list[cdprcal.InjectedEffect]:
+    """So many different ones, of those that every robot has a little of."""
+    names = [info.name for info in cdprcal.effect_catalogue() if not info.all_or_nothing]
+    chosen = random.choice(len(names), size=count, replace=False)
+    return [drawn_effect(random, names[int(index)], sizes) for index in chosen]

@@ -1,11 +1,19 @@
-"""Scripts without an ending, as modules."""
+"""Programs of their own, and scripts without an ending as modules."""
 
 from __future__ import annotations
 
 import importlib.machinery
 import importlib.util
+import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
+from typing import Any
+
+
+def executed(command: Sequence[str | Path], **options: Any) -> subprocess.CompletedProcess[str]:
+    """What a program said, and how it ended; options as those of subprocess.run."""
+    return subprocess.run(command, capture_output=True, text=True, **({"check": False} | options))
 
 
 def load_script(path: Path) -> ModuleType:

@@ -1,4 +1,5 @@
-"""``cdprcal acquire`` and the loop behind it: the simulated robot, faults, what is in the log."""
+"""``cdprcal acquire`` and the loop behind it: the simulated robot, faults, what is in the log; and
+``--diagnose``: the evidence grows rest by rest, and the run ends when it has told."""
 
 from __future__ import annotations
 
@@ -10,6 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -17,13 +19,14 @@ import numpy as np
 import pytest
 
 import cdprcal
-from cdprcal import RobotSample, StartUpCommand, StartUpState
-from cdprcal.acquisition import Acquired, PowerOn, acquire, start_up_options, start_up_plan
+from cdprcal import Plan, Robot, RobotSample, StartUp, StartUpCommand, StartUpState
+from cdprcal.acquisition import Acquired, Guide, PowerOn, acquire, start_up_options, start_up_plan
 from cdprcal.acquisition.remedies import remedy_for
+from cdprcal.acquisition.told import Told, settled, told_by
 from cdprcal.hardware import BackendError
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import AcquisitionInputs, LiveLog, load_log, open_live_log, read_inputs
-from cdprcal.io.events import read_events
+from cdprcal.io.events import read_events, told_in
 from conftest import Cli
 from test_live_log import disk_of
 
@@ -67,9 +70,7 @@ class Tampered:
         self.inner.stop()
 
 
-def hung(
-    robot: cdprcal.Robot, plan: cdprcal.Plan, startup: cdprcal.StartUp, effects: list[str]
-) -> SimulatedBackend:
+def hung(robot: Robot, plan: Plan, startup: StartUp, effects: list[str]) -> SimulatedBackend:
     injected = [cdprcal.parse_injected_effect(effect) for effect in effects]
     return SimulatedBackend.somewhere(
         robot,
@@ -80,15 +81,15 @@ def hung(
 
 
 def run_with(
-    robot: cdprcal.Robot,
-    plan: cdprcal.Plan,
+    robot: Robot,
+    plan: Plan,
     path: Path,
     fault: Callable[[RobotSample], None],
     *,
     effects: list[str] | None = None,
     **options: Any,
 ) -> tuple[Acquired, Tampered]:
-    startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
+    startup = StartUp(robot, start_up_plan(plan, quick=True))
     backend = Tampered(hung(robot, plan, startup, effects or []), fault)
     inputs = AcquisitionInputs(cdprcal.to_yaml(robot), cdprcal.format_plan(plan), backend.settings)
     log = open_live_log(path, robot.cable_count, inputs, 10.0)
@@ -148,8 +149,8 @@ def test_a_fault_ends_in_the_safe_state_with_a_readable_log(
     kind: str,
     fault: Callable[[RobotSample], None],
     words: str,
-    robot: cdprcal.Robot,
-    plan: cdprcal.Plan,
+    robot: Robot,
+    plan: Plan,
     tmp_path: Path,
 ) -> None:
     path = tmp_path / f"run.{kind}"
@@ -171,13 +172,13 @@ def test_a_fault_ends_in_the_safe_state_with_a_readable_log(
 
 @pytest.mark.parametrize("slack_s", [0.0, 0.5])
 def test_a_cable_that_is_slack_at_power_on_is_refused_before_a_winch_moves(
-    slack_s: float, robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+    slack_s: float, robot: Robot, plan: Plan, tmp_path: Path
 ) -> None:
     def fault(sample: RobotSample) -> None:
         if sample.time_s >= slack_s:
             set_to("tension_N", 2, 0.1)(sample)
 
-    startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
+    startup = StartUp(robot, start_up_plan(plan, quick=True))
     backend = Tampered(hung(robot, plan, startup, []), fault, from_s=0.0)
     log = open_live_log(tmp_path / "run.csv", 4, AcquisitionInputs("", "", {}), 10.0)
     guard = PowerOn(robot, cdprcal.StartUpOptions()).look
@@ -189,7 +190,7 @@ def test_a_cable_that_is_slack_at_power_on_is_refused_before_a_winch_moves(
 
 
 def test_what_is_slack_for_a_moment_or_later_is_not_refused_at_power_on(
-    robot: cdprcal.Robot,
+    robot: Robot,
 ) -> None:
     least_N = robot.tension_limits_N[0]
     guard = PowerOn(robot, cdprcal.StartUpOptions())
@@ -217,7 +218,7 @@ def assert_safe(backend: Tampered) -> None:
 
 @KINDS
 def test_a_cable_that_runs_off_stops_the_robot(
-    kind: str, robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+    kind: str, robot: Robot, plan: Plan, tmp_path: Path
 ) -> None:
     path = tmp_path / f"run.{kind}"
     effects = [f"cable_slip={FAULT_S},2,2"]
@@ -229,9 +230,7 @@ def test_a_cable_that_runs_off_stops_the_robot(
 
 
 @KINDS
-def test_a_full_disk_stops_the_robot(
-    kind: str, robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
-) -> None:
+def test_a_full_disk_stops_the_robot(kind: str, robot: Robot, plan: Plan, tmp_path: Path) -> None:
     path = tmp_path / f"run.{kind}"
     with disk_of(30_000):
         run, backend = run_with(robot, plan, path, lambda sample: None)
@@ -244,7 +243,7 @@ def test_a_full_disk_stops_the_robot(
 
 
 def test_whatever_is_raised_on_the_way_the_winches_are_locked_and_the_log_closed(
-    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+    robot: Robot, plan: Plan, tmp_path: Path
 ) -> None:
     path = tmp_path / "run.csv"
     closed = []
@@ -268,7 +267,7 @@ def test_whatever_is_raised_on_the_way_the_winches_are_locked_and_the_log_closed
         if sample.time_s > 1.0:
             raise ZeroDivisionError
 
-    startup = cdprcal.StartUp(robot, start_up_plan(plan, quick=True))
+    startup = StartUp(robot, start_up_plan(plan, quick=True))
     backend = Tampered(hung(robot, plan, startup, []), fault)
     backends.append(backend)
     inputs = AcquisitionInputs("", "", {})
@@ -279,9 +278,7 @@ def test_whatever_is_raised_on_the_way_the_winches_are_locked_and_the_log_closed
     assert closed
 
 
-def test_the_loop_is_that_of_the_core(
-    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
-) -> None:
+def test_the_loop_is_that_of_the_core(robot: Robot, plan: Plan, tmp_path: Path) -> None:
     """The same robot, plan and seed through simulate_startup: the same samples to the last bit."""
     run, _ = run_with(robot, plan, tmp_path / "run.csv", lambda sample: None)
     corners = np.array([plan.start_pose.position_m, *(s.pose.position_m for s in plan.poses)])
@@ -470,7 +467,7 @@ def test_a_signal_stops_the_robot_and_keeps_the_log(
     assert f"{len(file.log)} samples" in said
 
 
-def run_and_tell(robot: cdprcal.Robot, plan: cdprcal.Plan, path: Path, tell: int) -> NoReturn:
+def run_and_tell(robot: Robot, plan: Plan, path: Path, tell: int) -> NoReturn:
     """A run at 50 times real time that tells of every logged row; ends the process."""
 
     def watch(command: StartUpCommand, sample: RobotSample, logged: bool) -> None:
@@ -488,7 +485,7 @@ KILLS = int(os.environ.get("CDPRCAL_KILLS", "50"))
 
 
 def test_killed_at_any_moment_a_log_loses_at_most_a_second(
-    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+    robot: Robot, plan: Plan, tmp_path: Path
 ) -> None:
     """kill -9 of the process that acquires; what it had logged by then is told through a pipe."""
     random = np.random.default_rng(9)
@@ -540,13 +537,13 @@ def test_a_platform_that_is_slow_to_settle_is_waited_for(cli: Cli, tmp_path: Pat
     assert events[1] - events[0] > usual_s, "it did not take long: this tests nothing"
 
 
-def large_robot() -> cdprcal.Robot:
+def large_robot() -> Robot:
     """Five cables on a circle of 2 m, 2.5 m high, and 20 kg."""
     directions = [
         np.array([np.cos(angle), np.sin(angle), 0.0])
         for angle in 0.3 + 2.0 * np.pi * np.arange(5) / 5
     ]
-    return cdprcal.Robot(
+    return Robot(
         name="large",
         platform=cdprcal.Platform(
             mass_kg=20.0,
@@ -572,7 +569,117 @@ def large_robot() -> cdprcal.Robot:
     )
 
 
-def test_a_platform_that_settles_soon_is_not_waited_for_longer(plan: cdprcal.Plan) -> None:
+def test_a_platform_that_settles_soon_is_not_waited_for_longer(plan: Plan) -> None:
     rests_s = [plan.start_dwell_s, *(stop.dwell_s for stop in plan.poses)]
     usual_s = cdprcal.StartUpOptions().settle_timeout_s
     assert start_up_options(plan).settle_timeout_s == max(usual_s, 2.0 * max(rests_s))
+
+
+def told(
+    *effects: tuple[str, float, tuple[str, ...]],
+    verdict: str = "explained",
+    within_reach: bool = False,
+) -> Told:
+    return Told(verdict, (), effects, {}, within_reach)
+
+
+def test_it_is_settled_when_the_same_is_said_three_times_without_a_rival() -> None:
+    bias = told(("load_cell_bias", 40.0, ()))
+    assert settled([bias] * 2) == ""
+    assert "no rival is left" in settled([bias] * 3)
+    assert settled([bias, told(("mass", 40.0, ())), bias]) == ""
+    assert settled([told(("load_cell_bias", 4.0, ()))] * 9) == ""
+
+
+def test_it_is_not_settled_while_another_effect_begins_to_show() -> None:
+    bias = told(("load_cell_bias", 40.0, ()))
+    assert settled([bias, bias, replace(bias, suspect="yaw_drift")]) == ""
+    assert settled([bias, replace(bias, suspect="yaw_drift"), bias]) != ""
+
+
+def test_rivals_get_more_rests_and_nothing_found_gets_all() -> None:
+    tied = told(("mass", 90.0, ("load_cell_gain",)), within_reach=True)
+    assert settled([tied] * 5) == ""
+    assert "told nothing more apart" in settled([tied] * 6)
+    for_ever = told(("mass", 90.0, ("external_force",)))
+    assert settled([for_ever] * 2) == ""
+    assert "no stop of the plan" in settled([for_ever] * 3)
+    assert settled([told(verdict="consistent")] * 20) == ""
+    assert settled([told(("mass", 90.0, ()), verdict="unexplained")] * 20) == ""
+    assert settled([]) == ""
+
+
+@pytest.fixture
+def random_plan(cli: Cli, tmp_path: Path) -> Path:
+    path = tmp_path / "plan.csv"
+    assert cli("plan", "irma4", "--order", "random", "-o", path).code == 0
+    return path
+
+
+def test_a_run_ends_when_the_effect_is_known(cli: Cli, random_plan: Path, tmp_path: Path) -> None:
+    log = tmp_path / "run.csv"
+    hidden = ("--effect", "load_cell_bias=6,-5,14,-8", "--seed", "3")
+    ran = cli(
+        "acquire", "irma4", random_plan, *hidden, "--quick", "--diagnose", "--json", "-o", log
+    )
+    document = ran.document()
+    assert "no rival is left" in document["settled"]
+    last = document["estimates"][-1]["diagnosis"]
+    assert [effect["name"] for effect in last["effects"]] == ["load_cell_bias"]
+    assert len(document["rests"]) < 17
+    assert "load_cell_bias" in cli("diagnose", "irma4", log).stdout.splitlines()[0]
+    page = tmp_path / "report.html"
+    assert cli("report", "irma4", log, "-o", page).code == 0
+    text = page.read_text()
+    assert '"told-0"' in text
+    assert text.count("explained: load_cell_bias (") == len(told_in(log)) >= 3
+
+
+def test_events_of_others_are_no_diagnoses(tmp_path: Path) -> None:
+    log = tmp_path / "run.csv"
+    log.write_text(
+        '# event| {"time_s": 1, "estimate": {"diagnosis": 3}}\n'
+        '# event| {"time_s": 2, "estimate": {"diagnosis": {"verdict": "explained"}}}\n'
+        '# event| {"time_s": 3, "estimate": {}}\n'
+    )
+    assert told_in(log) == ()
+
+
+def test_a_clean_robot_goes_through_its_plan(cli: Cli, random_plan: Path, tmp_path: Path) -> None:
+    log = tmp_path / "run.csv"
+    ran = cli("acquire", "irma4", random_plan, "--seed", 3, "--quick", "--diagnose", "-o", log)
+    assert ran.code == 0, ran.stderr
+    assert "17 of 17 set-points measured" in ran.stdout
+    assert "consistent: no effect found" in ran.stdout
+    assert "next: cdprcal diagnose irma4" in ran.stdout
+
+
+def test_it_goes_where_rivals_come_apart(robot: Robot) -> None:
+    plan = cdprcal.make_plan(robot, order=cdprcal.VisitingOrder.random).plan
+    startup = StartUp(robot, start_up_plan(plan, quick=True), start_up_options(plan))
+    guide = Guide(robot, plan, startup, diagnoses=True, quick=True)
+    stops = [i for i, stop in enumerate(plan.poses) if stop.measured]
+    chosen = guide._telling(stops[:2], {stops[5]: 4.0, stops[9]: 0.5})
+    assert chosen is not None
+    assert chosen.stop == stops[5]
+    # Worth nothing more: on in the plan's order.
+    onward = guide._telling(stops[:2], {})
+    assert onward is not None
+    assert onward.stop == stops[2]
+    assert guide._telling(stops, {}) is None
+
+
+def test_stops_are_worth_what_they_tell_between_rivals(robot: Robot) -> None:
+    plan = cdprcal.make_plan(robot, order=cdprcal.VisitingOrder.random).plan
+    run = cdprcal.simulate_startup(robot, plan, effects=["mass=0.8"], seed=4)
+    left = {i: stop for i, stop in enumerate(plan.poses) if stop.measured}
+    heavy = told_by(robot, run.log, left)
+    assert heavy is not None
+    assert heavy.rivals
+    assert set(heavy.worth) == set(left)
+    # What pulls straight down does so everywhere.
+    assert not heavy.within_reach
+    assert not any(heavy.worth.values())
+    assert told_by(robot, run.log).worth == {}  # type: ignore[union-attr]
+    with pytest.raises(cdprcal.InputError, match="give the place of one in effects"):
+        cdprcal.separation_by_stops(cdprcal.diagnose(robot, [run.log]), 9, "mass", [], [])

@@ -10,6 +10,7 @@ import cdprcal
 from cdprcal import CalibrateOptions, CalibrationStatus, Method
 from cdprcal.cli.generate import with_sensors
 from cdprcal.sensors import OPTIONS as SENSORS
+from cdprcal.studies.monte_carlo import start_up_options
 from robots import polygon_robot
 
 #: No honest error is this large (Mahalanobis², six degrees of freedom).
@@ -32,14 +33,7 @@ def start_up(robot: cdprcal.Robot, seed: int) -> cdprcal.SyntheticLog:
         setpoints.append(tension_N)
         if len(setpoints) == 6:
             break
-    options = cdprcal.SyntheticLogOptions(
-        dwell_s=3.0,
-        move_s=3.0,
-        noise=cdprcal.reading_noise(robot.sigma, 0.1),
-        wrench_force_N=robot.sigma.wrench_force_N,
-        wrench_moment_Nm=cdprcal.characteristic_length_m(robot) * robot.sigma.wrench_force_N,
-        seed=seed,
-    )
+    options = start_up_options(robot, seed, 0.1, dwell_s=3.0, move_s=3.0)
     return cdprcal.synthetic_log(robot, setpoints, options)
 
 

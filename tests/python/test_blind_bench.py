@@ -19,10 +19,14 @@ from cdprcal.testing.blind_bench import faults
 from cdprcal.testing.blind_bench.__main__ import app
 from cdprcal.testing.blind_bench.cases import Setting, Split, draw_case, kind_of
 from cdprcal.testing.blind_bench.families import FAMILIES
-from cdprcal.testing.blind_bench.family_table import calibration_silently_wrong, silently_wrong
 from cdprcal.testing.blind_bench.judge import run_case
 from cdprcal.testing.blind_bench.machines import Machine, draw_machine
-from cdprcal.testing.blind_bench.report import markdown, read_lines
+from cdprcal.testing.blind_bench.report import (
+    calibration_silently_wrong,
+    markdown,
+    read_lines,
+    silently_wrong,
+)
 from cdprcal.testing.blind_bench.score import CLASSES, score
 from cdprcal.testing.blind_bench.signals import SIGNALS, Recording
 from cdprcal.testing.blind_bench.simulate import SimulationError, simulate

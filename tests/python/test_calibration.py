@@ -102,10 +102,8 @@ def test_generated_data_are_recovered_within_their_own_covariance(
     assert np.linalg.norm(error[:3]) < 0.01
 
 
-def test_fewer_poses_than_unknowns_are_unobservable(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
-) -> None:
-    log = changed(synthetic.log, swivel_rad=None, tension_N=None)
+def test_fewer_poses_than_unknowns_are_unobservable(robot: cdprcal.Robot, log: cdprcal.Log) -> None:
+    log = changed(log, swivel_rad=None, tension_N=None)
     options = CalibrateOptions(method=Method.kinematic, at_s=[1.0, 10.0])
     result = cdprcal.calibrate(robot, log, options).result
     assert result.status == CalibrationStatus.unobservable
@@ -115,28 +113,26 @@ def test_fewer_poses_than_unknowns_are_unobservable(
 
 
 def test_readings_that_contradict_the_model_do_not_converge(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
+    robot: cdprcal.Robot, log: cdprcal.Log
 ) -> None:
-    log = changed(synthetic.log, length_m=-synthetic.log.length_m)
+    log = changed(log, length_m=-log.length_m)
     result = cdprcal.calibrate(robot, log, CalibrateOptions(method=Method.statics)).result
     assert result.status != CalibrationStatus.converged
     assert result.reason
 
 
-def test_wrong_use_is_an_input_error(robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog) -> None:
+def test_wrong_use_is_an_input_error(robot: cdprcal.Robot, log: cdprcal.Log) -> None:
     with pytest.raises(InputError, match="no sample at"):
-        cdprcal.calibrate(robot, synthetic.log, CalibrateOptions(at_s=[1e6, 2e6]))
+        cdprcal.calibrate(robot, log, CalibrateOptions(at_s=[1e6, 2e6]))
     with pytest.raises(InputError, match="segment"):
-        cdprcal.calibrate(robot, synthetic.log, CalibrateOptions(segment=7))
-    problem = cdprcal.prepare(robot, synthetic.log).problem
+        cdprcal.calibrate(robot, log, CalibrateOptions(segment=7))
+    problem = cdprcal.prepare(robot, log).problem
     with pytest.raises(InputError, match="guess"):
         cdprcal.solve(problem, [])
 
 
-def test_what_a_result_hands_out_outlives_it(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
-) -> None:
-    calibration = cdprcal.calibrate(robot, synthetic.log)
+def test_what_a_result_hands_out_outlives_it(robot: cdprcal.Robot, log: cdprcal.Log) -> None:
+    calibration = cdprcal.calibrate(robot, log)
     covariance = calibration.result.covariance
     pose = calibration.result.poses[0]
     expected = np.array(covariance), np.array(pose.position_m)
@@ -157,15 +153,13 @@ def test_options_are_not_views_of_what_is_gone() -> None:
     assert options.solve.max_iterations == 3
 
 
-def test_other_threads_run_while_one_solves(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
-) -> None:
+def test_other_threads_run_while_one_solves(robot: cdprcal.Robot, log: cdprcal.Log) -> None:
     """The interpreter lock is free during a solve: another thread counts meanwhile."""
     done = threading.Event()
 
     def solve() -> None:
         for _ in range(5):
-            cdprcal.calibrate(robot, synthetic.log)
+            cdprcal.calibrate(robot, log)
         done.set()
 
     thread = threading.Thread(target=solve)

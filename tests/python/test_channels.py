@@ -1,9 +1,11 @@
-"""Sensors and channels are data: who adds one names it in few files, and everything follows."""
+"""Sensors and channels are data: who adds one names it in few files, as docs/extend/sensor.md does
+for show, and everything follows."""
 
 from __future__ import annotations
 
 import json
 import re
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,7 @@ from cdprcal.results import residual_as_dict
 from cdprcal.schemas import schema
 from cdprcal.sensors import ABSOLUTE, CHANNELS, LOG_GROUPS, OPTIONS, SENSORS, columns_of
 from conftest import TABLE_II_TENSIONS_N, Cli
+from scripts import executed
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -128,3 +131,62 @@ def test_generate_takes_it_alone(option: str, cli: Cli, tmp_path: Path) -> None:
 def test_noise_of_a_result_names_every_channel(log_path: Path, cli: Cli) -> None:
     document = json.loads(cli("calibrate", "irma4", log_path, "--json").stdout)
     assert list(document["noise"]) == sorted(name for name in CHANNELS if name not in ABSOLUTE)
+
+
+PAGE = (ROOT / "docs" / "extend" / "sensor.md").read_text(encoding="utf-8")
+SECTION = PAGE.split("\n## A sensor inside the estimator\n", 1)[1]
+CHANGES = re.findall(r"`(\S+)`:\n\n```diff\n(.*?)```", SECTION, re.DOTALL)
+PROGRAM = Path(__file__).with_name("show_channel.cpp")
+#: What it takes to read a log, to evaluate a pose and to write its rows.
+SOURCES = (
+    *("geometry/euler", "geometry/pose", "kinematics/cable", "kinematics/platform", "statistics"),
+    *("model/sensors", "readings/equilibrium_detection", "readings/log", "readings/log_columns"),
+    *("readings/fresh", "readings/log_checks", "readings/odd_readings", "readings/signal"),
+    *("readings/measurement", "readings/noise", "effects/pose_evaluation"),
+    *("text", "text_file", "singular_values"),
+    *("statics/inertial_wrench", "statics/wrench", "estimation/row_batch", "lanes/processor"),
+)
+
+
+def changed(text: str, diff: str) -> str:
+    """The text with the changes of one block; @@ alone in a line parts them."""
+    for hunk in diff.split("@@\n"):
+        lines = hunk.splitlines(keepends=True)
+        before = "".join(line[1:] for line in lines if line[0] in " -")
+        after = "".join(line[1:] for line in lines if line[0] in " +")
+        assert text.count(before) == 1, f"not there, or not once:\n{before}"
+        text = text.replace(before, after)
+    return text
+
+
+def test_it_touches_few_files() -> None:
+    listed = re.findall(r"^\| `([^`]+)` \|", SECTION, re.MULTILINE)
+    assert {name for name, _ in CHANGES} < set(listed)
+    assert len(listed) <= 6
+    assert all((ROOT / name).is_file() for name in listed)
+
+
+def test_what_the_page_says_compiles_and_works(tmp_path: Path) -> None:
+    compiler = shutil.which("g++")
+    eigen = Path("/usr/include/eigen3")
+    if compiler is None or not eigen.is_dir():
+        pytest.skip("needs g++ and Eigen")
+    for name, diff in CHANGES:
+        path = tmp_path / Path(name).relative_to("cpp")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(changed((ROOT / name).read_text(encoding="utf-8"), diff), encoding="utf-8")
+    folders = (tmp_path / "cdprcal", ROOT / "cpp" / "cdprcal")
+    sources = [
+        next(path for folder in folders if (path := folder / f"{name}.cpp").is_file())
+        for name in SOURCES
+    ]
+    program = tmp_path / "show"
+    # Together, so that what nearly all of them include is compiled once.
+    together = tmp_path / "together.cpp"
+    together.write_text("".join(f'#include "{path}"\n' for path in (*sources, PROGRAM)), "utf-8")
+    command = [compiler, "-std=c++20", "-O0", f"-I{tmp_path}", f"-I{ROOT / 'cpp'}"]
+    command += ["-isystem", str(eigen), str(together), "-o", str(program)]
+    ran = executed(command)
+    assert ran.returncode == 0, ran.stderr[-3000:]
+    shown = executed([program])
+    assert shown.returncode == 0, shown.stdout + shown.stderr

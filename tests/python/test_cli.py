@@ -19,6 +19,7 @@ import pytest
 import cdprcal
 from cdprcal.results import calibration_as_dict
 from conftest import Cli, changed, raw_text, strict
+from scripts import executed
 
 CHANNELS = {
     "length_m",
@@ -85,12 +86,7 @@ def test_one_answer_in_every_language(
         pytest.skip("CDPRCAL_BIN does not name the folder of cdprcal-solve")
     robot = tmp_path / "robot.yaml"
     robot.write_text(cdprcal.builtin_robot_yaml("irma4").replace("12.992", mass_kg))
-    ran = subprocess.run(
-        [Path(folder) / "cdprcal-solve", robot, log_path, "--json"],
-        capture_output=True,
-        check=False,
-        text=True,
-    )
+    ran = executed([Path(folder) / "cdprcal-solve", robot, log_path, "--json"])
     cpp = strict(ran.stdout)
     python = cli("calibrate", robot, log_path, "--json")
     command_line = strict(python.stdout)
@@ -121,8 +117,7 @@ def test_calibrate_at_times_by_hand(cli: Cli, log_path: Path) -> None:
         "calibrate", "irma4", log_path, "--json", "--method", "static",
         "--at", ",".join(map(str, times)),
     )  # fmt: skip
-    result = strict(ran.stdout)
-    assert ran.code == 0
+    result = ran.document()
     assert result["reference_time_s"] == 2.0
     assert [pose["time_s"] for pose in result["poses"]] == times
     assert result["equilibria"] == []
@@ -135,8 +130,7 @@ def test_trial_a(cli: Cli, shared_data: Path) -> None:
         "--formulation", "paper", "--method", "static",
         "--at", ",".join(map(str, record["times_s"])),
     )  # fmt: skip
-    assert ran.code == 0
-    result = strict(ran.stdout)
+    result = ran.document()
     assert result["cost"] == pytest.approx(14.942858, abs=1e-5)
     pose = result["initial_pose"]
     np.testing.assert_allclose(
@@ -153,8 +147,7 @@ def test_the_measured_raw_log_is_not_taken_for_solved(cli: Cli, shared_data: Pat
         "calibrate", "irma4", shared_data / "irma4" / "sc_8_final.log", "--json",
         "--method", "static",
     )  # fmt: skip
-    result = strict(ran.stdout)
-    assert ran.code == 1
+    result = ran.document(1)
     assert result["status"] != "converged"
     assert "swivel" in result["reason"]
 
@@ -181,10 +174,10 @@ def test_the_result_file_holds_the_result_and_its_inputs(
 
 
 def test_an_unobservable_pose_is_exit_1_and_still_json(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+    cli: Cli, log: cdprcal.Log, tmp_path: Path
 ) -> None:
     path = tmp_path / "poor.csv"
-    poor = changed(synthetic.log, swivel_rad=None, tension_N=None)
+    poor = changed(log, swivel_rad=None, tension_N=None)
     cdprcal.write_log(poor, str(path))
     ran = cli("calibrate", "irma4", path, "--json", "--method", "kinematic", "--at", "1,10")
     result = strict(ran.stdout)
@@ -196,7 +189,7 @@ def test_an_unobservable_pose_is_exit_1_and_still_json(
 
 @pytest.mark.parametrize("kind", ["csv", "mcap", "raw"])
 def test_a_log_of_any_kind_is_taken_whatever_its_name(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path, kind: str
+    cli: Cli, log: cdprcal.Log, log_path: Path, tmp_path: Path, kind: str
 ) -> None:
     path = tmp_path / "log.txt"
     if kind == "csv":
@@ -205,38 +198,35 @@ def test_a_log_of_any_kind_is_taken_whatever_its_name(
         assert cli("import", log_path, "-o", tmp_path / "x.mcap").code == 0
         (tmp_path / "x.mcap").rename(path)
     else:
-        path.write_text(raw_text(synthetic.log))
+        path.write_text(raw_text(log))
     assert cli("check", "irma4", path).code == 0
     ran = cli("calibrate", "irma4", path, "--json")
-    assert ran.code == 0
-    assert strict(ran.stdout)["status"] == "converged"
+    assert ran.document()["status"] == "converged"
     assert cli("import", path, "-o", tmp_path / "again.csv").code == 0
     again = cdprcal.read_log(str(tmp_path / "again.csv"))
-    np.testing.assert_array_equal(again.length_m, synthetic.log.length_m)
+    np.testing.assert_array_equal(again.length_m, log.length_m)
 
 
-def test_import_says_what_it_left_out(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_import_says_what_it_left_out(cli: Cli, log: cdprcal.Log, tmp_path: Path) -> None:
     path = tmp_path / "robot.log"
-    path.write_text(raw_text(synthetic.log)[:-5])
+    path.write_text(raw_text(log)[:-5])
     ran = cli("import", path, "-o", tmp_path / "out.csv")
     assert ran.code == 0
     assert "out.csv" in ran.stdout
-    assert f"the last line, {6 * len(synthetic.log)}, has no end" in ran.stderr
-    lines = raw_text(synthetic.log).splitlines(keepends=True)
+    assert f"the last line, {6 * len(log)}, has no end" in ran.stderr
+    lines = raw_text(log).splitlines(keepends=True)
     path.write_text("".join(lines + lines[:6]))
     ran = cli("import", path, "-o", tmp_path / "out.csv", "--force")
     assert ran.code == 1
     assert "time goes back" in ran.stderr
-    assert len(cdprcal.read_log(str(tmp_path / "out.csv"))) == len(synthetic.log)
+    assert len(cdprcal.read_log(str(tmp_path / "out.csv"))) == len(log)
 
 
-def test_check_json(cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
-    tension = np.array(synthetic.log.tension_N)
+def test_check_json(cli: Cli, log: cdprcal.Log, tmp_path: Path) -> None:
+    tension = np.array(log.tension_N)
     tension[100:130, 2] = 0.4
     path = tmp_path / "slack.csv"
-    cdprcal.write_log(changed(synthetic.log, tension_N=tension), str(path))
+    cdprcal.write_log(changed(log, tension_N=tension), str(path))
     ran = cli("check", "irma4", path, "--json")
     assert (ran.code, ran.stderr) == (1, "")
     report = strict(ran.stdout)
@@ -251,8 +241,8 @@ def test_check_json(cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path) -
     assert finding["code"] == "slack"
     assert finding["line"] == 102
     assert (finding["time_s"], finding["end_s"]) == (
-        pytest.approx(synthetic.log.time_s[100]),
-        pytest.approx(synthetic.log.time_s[129]),
+        pytest.approx(log.time_s[100]),
+        pytest.approx(log.time_s[129]),
     )
     for_people = cli("check", "irma4", path)
     assert (for_people.code, for_people.stderr) == (1, "")
@@ -323,13 +313,7 @@ def test_generate_says_what_to_do_where_it_fits_no_grid_or_does_not_keep_clear(
 
 
 def program(*arguments: object, **options: Any) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "cdprcal", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        **options,
-    )
+    return executed([sys.executable, "-m", "cdprcal", *map(str, arguments)], timeout=60, **options)
 
 
 @pytest.mark.alone
@@ -386,10 +370,8 @@ def test_the_version_and_those_of_the_libraries_are_told(cli: Cli) -> None:
     ],
 )
 def test_a_shell_completes_commands(shell: str, typed: dict[str, str]) -> None:
-    ran = subprocess.run(
+    ran = executed(
         [sys.executable, "-c", "import cdprcal.cli; cdprcal.cli.app(prog_name='cdprcal')"],
-        capture_output=True,
-        text=True,
         check=True,
         env={**os.environ, **typed, "_CDPRCAL_COMPLETE": f"complete_{shell}"},
     )
@@ -408,9 +390,7 @@ def test_help_loads_neither_numpy_nor_the_core() -> None:
 
 def test_a_reader_that_goes_away_is_no_traceback(log_path: Path) -> None:
     command = f"'{sys.executable}' -m cdprcal calibrate irma4 '{log_path}' --json | head -c 1"
-    ran = subprocess.run(
-        ["bash", "-c", command], capture_output=True, text=True, check=False, timeout=60
-    )
+    ran = executed(["bash", "-c", command], timeout=60)
     assert ran.stdout == "{"
     assert "Traceback" not in ran.stderr
     assert "Exception" not in ran.stderr
@@ -490,12 +470,7 @@ except SystemExit:
     raise
 """
     for at, out in (("", ""), ("loaded()", "raised\n")):
-        ran = subprocess.run(
-            [sys.executable, "-c", program.replace("LOADED", at)],
-            capture_output=True,
-            text=True,
-            timeout=60,
-        )
+        ran = executed([sys.executable, "-c", program.replace("LOADED", at)], timeout=60)
         assert (ran.returncode, ran.stdout, ran.stderr) == (128 + number, out, "")
 
 

@@ -1,4 +1,7 @@
-"""Bad input: one clear message that names the file, line or field, exit 2, nothing written."""
+"""Bad input: one clear message that names the file, line or field, exit 2, nothing written.
+
+Of files that are no good, test_malformed.py.
+"""
 
 from __future__ import annotations
 
@@ -22,128 +25,15 @@ def assert_refused(ran: Ran, *words: str) -> None:
         assert re.search(word, ran.stderr), (word, ran.stderr)
 
 
-ROBOT_FAULTS: dict[str, tuple[str, str, tuple[str, ...]]] = {
-    "unknown key": ("gravity_m_s2:", "gravty_m_s2:", (r"mine\.yaml:\d+:\d+: ", "gravty_m_s2")),
-    "duplicate key": ("name: irma4\n", "name: irma4\nname: irma4\n", (r":\d+:\d+: ", "name")),
-    "NaN": ("9.81", ".nan", (r":\d+:\d+: ", "gravity_m_s2")),
-    "negative mass": ("mass_kg: ", "mass_kg: -", (r":\d+:\d+: ", "mass_kg", "positive")),
-    "zero axis": (
-        r"re:swivel_axis: \[[^]]*\]",
-        "swivel_axis: [0, 0, 0]",
-        (r":\d+:\d+: ", r"cables\[#1\]\.pulley\.swivel_axis"),
-    ),
-    "wrong vector length": (
-        r"re:platform_anchor_m: \[[^]]*\]",
-        "platform_anchor_m: [0, 0]",
-        (r":\d+:\d+: ", r"cables\[#1\]\.platform_anchor_m"),
-    ),
-    "limits reversed": (
-        r"re:tension_limits_N: \[[^]]*\]",
-        "tension_limits_N: [400, 20]",
-        (r":\d+:\d+: ", "tension_limits_N"),
-    ),
-    "text in a number": ("9.81", "heavy", (r":\d+:\d+: ", "gravity_m_s2", "heavy")),
-    "not YAML": ("name:", "name: [", (r"mine\.yaml:\d+:\d+: ",)),
-}
-
-
-@pytest.mark.parametrize("fault", ROBOT_FAULTS)
-def test_robot_file(cli: Cli, log_path: Path, tmp_path: Path, fault: str) -> None:
-    old, new, words = ROBOT_FAULTS[fault]
-    text = cdprcal.builtin_robot_yaml("irma4")
-    pattern = old[3:] if old.startswith("re:") else re.escape(old)
-    broken = re.sub(pattern, new, text, count=1)
-    assert broken != text
-    path = tmp_path / "mine.yaml"
-    path.write_text(broken)
-    for command in (("calibrate", path, log_path), ("check", path, log_path)):
-        assert_refused(cli(*command), *words)
-
-
 def with_line(path: Path, number: int, edit: Callable[[str], str]) -> None:
     lines = path.read_text().splitlines(keepends=True)
     lines[number - 1] = edit(lines[number - 1])
     path.write_text("".join(lines))
 
 
-def replace_by_folder(path: Path) -> None:
-    path.unlink()
-    path.mkdir()
-
-
-LOG_FAULTS: dict[str, tuple[Callable[[Path], object], tuple[str, ...]]] = {
-    "missing column": (
-        lambda p: with_line(p, 1, lambda s: s.replace("time_s,", "t,")),
-        (r"run\.csv:1: ", "column"),
-    ),
-    "missing cable": (
-        lambda p: with_line(p, 1, lambda s: s.replace("length_2_m", "length_9_m")),
-        (r"run\.csv:1: ", "length"),
-    ),
-    "unknown column": (
-        lambda p: with_line(p, 1, lambda s: s.replace("yaw_rad", "yaw_deg")),
-        (r"run\.csv:1: ", "yaw_deg"),
-    ),
-    "duplicate column": (
-        lambda p: with_line(p, 1, lambda s: s.replace("pitch_rad", "roll_rad")),
-        (r"run\.csv:1: ", "roll_rad"),
-    ),
-    "text in a number": (
-        lambda p: with_line(p, 30, lambda s: s.replace(",", ",abc", 1)),
-        (r"run\.csv:30: column length_1_m: ", "abc"),
-    ),
-    "ragged row": (lambda p: with_line(p, 30, lambda s: "1," + s), (r"run\.csv:30: ", "cells")),
-    "time goes back": (
-        lambda p: with_line(p, 30, lambda s: re.sub(r"^[^,]*", "0", s)),
-        (r"run\.csv:30: column time_s", "increase"),
-    ),
-    "empty file": (lambda p: p.write_bytes(b""), (r"run\.csv: is empty",)),
-    "header alone": (lambda p: p.write_bytes(b"time_s,length_1_m\n"), (r"run\.csv",)),
-    "binary file": (
-        lambda p: p.write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + bytes(range(256))),
-        (r"run\.csv:\d+: .*binary",),
-    ),
-    "binary without NUL": (
-        lambda p: p.write_bytes(bytes(range(128, 256)) * 20),
-        (r"run\.csv:1: ",),
-    ),
-    "cut MCAP": (lambda p: p.write_bytes(b"\x89MCAP0\r\n\x01"), (r"run\.csv", "no JSON")),
-    "raw log with text in a number": (
-        lambda p: p.write_text("3,1.0,0,9,1,1,1,x,1,1,1,1,1,1\n"),
-        (r"run\.csv:1: cable length: 'x'",),
-    ),
-    "a folder": (replace_by_folder, (r"run\.csv: cannot be read: is a directory",)),
-    "no such file": (lambda p: p.unlink(), (r"run\.csv: cannot be read: no such file",)),
-}
-
-
-@pytest.mark.parametrize("fault", LOG_FAULTS)
-@pytest.mark.parametrize("command", ["calibrate", "check", "import"])
-def test_log(cli: Cli, log_path: Path, tmp_path: Path, fault: str, command: str) -> None:
-    spoil, words = LOG_FAULTS[fault]
-    spoil(log_path)
-    output = tmp_path / ("out.csv" if command == "import" else "out.json")
-    before = set(tmp_path.iterdir())
-    if command == "check":
-        ran = cli("check", "irma4", log_path, "--json")
-        if fault == "time goes back":  # check is there to say so
-            assert ran.code == 1
-            return
-    elif command == "calibrate":
-        ran = cli("calibrate", "irma4", log_path, "--json", "-o", output)
-    else:
-        ran = cli("import", log_path, "-o", output)
-        if fault == "missing cable":
-            words = words[:1]
-    assert_refused(ran, *words)
-    assert set(tmp_path.iterdir()) == before, "nothing is written"
-
-
-def test_a_log_of_another_robots_cable_count(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_a_log_of_another_robots_cable_count(cli: Cli, log: cdprcal.Log, tmp_path: Path) -> None:
     groups = ("length_m", "swivel_rad", "tension_N", "tension_setpoint_N")
-    log = changed(synthetic.log, **{name: getattr(synthetic.log, name)[:, :3] for name in groups})
+    log = changed(log, **{name: getattr(log, name)[:, :3] for name in groups})
     csv, raw = tmp_path / "three.csv", tmp_path / "three.log"
     cdprcal.write_log(log, str(csv))
     raw.write_text(raw_text(log))

@@ -235,10 +235,9 @@ def test_diagnose_writes_all_or_nothing(cli: Cli, log_path: Path, tmp_path: Path
 
 
 def test_a_log_that_says_nothing_is_no_consistent_one(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+    cli: Cli, log: cdprcal.Log, tmp_path: Path
 ) -> None:
     """Every cell zero: nothing speaks against the model, and nothing for any pose."""
-    log = synthetic.log
     groups = ("length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad", "tension_setpoint_N")
     zeros = {name: np.zeros_like(np.array(getattr(log, name))) for name in groups}
     path = tmp_path / "zeros.csv"
@@ -281,12 +280,12 @@ def test_one_run_is_not_counted_twice(
 
 
 def test_load_cells_of_two_cables_exchanged_are_not_passed_over(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+    cli: Cli, log: cdprcal.Log, tmp_path: Path
 ) -> None:
     """The balance is off by far more than noise, although not by more than sigma allows."""
-    tension = np.array(synthetic.log.tension_N)[:, [1, 0, 2, 3]]
+    tension = np.array(log.tension_N)[:, [1, 0, 2, 3]]
     path = tmp_path / "exchanged.csv"
-    cdprcal.write_log(changed(synthetic.log, tension_N=tension), str(path))
+    cdprcal.write_log(changed(log, tension_N=tension), str(path))
     ran = cli("diagnose", "irma4", path)
     assert "unexplained" in ran.stdout or re.search(
         r"within the sigma of the robot file, but more than the readings ripple at rest, is left: "
@@ -304,11 +303,8 @@ def test_a_consistent_log_leaves_nothing_over(cli: Cli, log_path: Path) -> None:
     assert "is left: " not in ran.stdout
 
 
-def test_diagnose_says_that_there_is_no_rest(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_diagnose_says_that_there_is_no_rest(cli: Cli, log: cdprcal.Log, tmp_path: Path) -> None:
     """A sample a second cannot show a rest; 'fewer readings than unknowns' would mislead."""
-    log = synthetic.log
     groups = ("time_s", "length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad")
     path = tmp_path / "slow.csv"
     slow: dict[str, Any] = {
@@ -319,10 +315,9 @@ def test_diagnose_says_that_there_is_no_rest(
 
 
 def test_calibrate_says_what_to_do_when_it_cannot_be_trusted(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+    cli: Cli, log: cdprcal.Log, tmp_path: Path
 ) -> None:
     path = tmp_path / "backwards.csv"
-    log = synthetic.log
     cdprcal.write_log(changed(log, length_m=-np.array(log.length_m)), str(path))
     ran = cli("calibrate", "irma4", path)
     assert ran.code == 1, ran

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 import cdprcal
+from scripts import executed
 
 #: Run one after the other in one folder; {threads} is 1 or 2. What they print is kept too.
 COMMANDS = (
@@ -69,13 +69,10 @@ for number, words in enumerate(sys.argv[2:]):
 def all_files(folder: Path, threads: int) -> dict[str, bytes]:
     """What the commands leave in a folder, by name."""
     folder.mkdir()
-    done = subprocess.run(
+    done = executed(
         [sys.executable, "-c", RUN, str(threads), *COMMANDS],
         cwd=folder,
         env=os.environ | {"OMP_NUM_THREADS": str(threads), "PYTHONPATH": PACKAGE},
-        check=False,
-        capture_output=True,
-        text=True,
         timeout=300,
     )
     assert done.returncode == 0, done.stderr[-2000:]

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import cdprcal
+from cdprcal import Log, Robot
 from cdprcal.diagnosis.table import print_diagnosis, unexplained_line
 from conftest import Cli, changed, strict
 
@@ -29,7 +30,7 @@ KEYS = {
 CHANNELS = {"length_m", "swivel_rad", "roll_pitch_rad", "yaw_rad", "tension_N"}
 
 
-def a_clean_log(robot: cdprcal.Robot, seed: int) -> cdprcal.Log:
+def a_clean_log(robot: Robot, seed: int) -> Log:
     options = cdprcal.SyntheticLogOptions(
         dwell_s=4.0, move_s=4.0, noise=cdprcal.reading_noise(robot.sigma, 0.2), seed=seed
     )
@@ -37,23 +38,21 @@ def a_clean_log(robot: cdprcal.Robot, seed: int) -> cdprcal.Log:
 
 
 @pytest.fixture(scope="module")
-def clean_log(robot: cdprcal.Robot) -> cdprcal.Log:
+def clean_log(robot: Robot) -> Log:
     return a_clean_log(robot, 5)
 
 
 @pytest.fixture(scope="module")
-def biased_log(clean_log: cdprcal.Log) -> cdprcal.Log:
+def biased_log(clean_log: Log) -> Log:
     return changed(clean_log, tension_N=clean_log.tension_N + np.array(BIAS_N))
 
 
-def written(log: cdprcal.Log, path: Path) -> Path:
+def written(log: Log, path: Path) -> Path:
     cdprcal.write_log(log, str(path))
     return path
 
 
-def test_json_of_a_clean_log_is_as_documented(
-    cli: Cli, clean_log: cdprcal.Log, tmp_path: Path
-) -> None:
+def test_json_of_a_clean_log_is_as_documented(cli: Cli, clean_log: Log, tmp_path: Path) -> None:
     ran = cli("diagnose", "irma4", written(clean_log, tmp_path / "clean.csv"), "--json")
     result = strict(ran.stdout)
     assert (ran.code, result["verdict"]) == (0, "consistent")
@@ -64,7 +63,7 @@ def test_json_of_a_clean_log_is_as_documented(
     assert result["initial_pose_before"] == result["initial_pose_after"]
 
 
-def test_json_of_a_bias_is_as_documented(cli: Cli, biased_log: cdprcal.Log, tmp_path: Path) -> None:
+def test_json_of_a_bias_is_as_documented(cli: Cli, biased_log: Log, tmp_path: Path) -> None:
     ran = cli("diagnose", "irma4", written(biased_log, tmp_path / "biased.csv"), "--json")
     result = strict(ran.stdout)
     assert (ran.code, result["verdict"]) == (0, "explained")
@@ -93,7 +92,7 @@ def test_json_of_a_bias_is_as_documented(cli: Cli, biased_log: cdprcal.Log, tmp_
 
 
 def test_the_corrected_file_is_consistent_and_calibrates(
-    cli: Cli, biased_log: cdprcal.Log, tmp_path: Path
+    cli: Cli, biased_log: Log, tmp_path: Path
 ) -> None:
     log = written(biased_log, tmp_path / "biased.csv")
     corrected = tmp_path / "corrected.yaml"
@@ -107,13 +106,11 @@ def test_the_corrected_file_is_consistent_and_calibrates(
     np.testing.assert_allclose(calibrated["initial_pose"]["position_m"], after, atol=2e-3)
 
 
-def test_a_discrete_fault_stands_among_the_effects(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
-    degrees = np.rad2deg(synthetic.log.roll_pitch_yaw_rad)
-    log = written(changed(synthetic.log, roll_pitch_yaw_rad=degrees), tmp_path / "degrees.csv")
+def test_a_discrete_fault_stands_among_the_effects(cli: Cli, log: Log, tmp_path: Path) -> None:
+    degrees = np.rad2deg(log.roll_pitch_yaw_rad)
+    path = written(changed(log, roll_pitch_yaw_rad=degrees), tmp_path / "degrees.csv")
     corrected = tmp_path / "corrected.yaml"
-    ran = cli("diagnose", "irma4", log, "--json", "-o", corrected)
+    ran = cli("diagnose", "irma4", path, "--json", "-o", corrected)
     result = strict(ran.stdout)
     assert (ran.code, result["verdict"]) == (0, "explained")
     fault = result["effects"][0]
@@ -121,11 +118,11 @@ def test_a_discrete_fault_stands_among_the_effects(
     assert fault["parameters"] == {"factor": [1.0, math.radians(1)]}
     assert fault["standard_deviation"] is fault["log_evidence"] is fault["p_value"] is None
     assert fault["held_out"] == {"before": None, "after": None}
-    assert strict(cli("diagnose", corrected, log, "--json").stdout)["verdict"] == "consistent"
+    assert strict(cli("diagnose", corrected, path, "--json").stdout)["verdict"] == "consistent"
 
 
 def test_faults_that_are_known_are_set_right_and_not_looked_for(
-    robot: cdprcal.Robot, clean_log: cdprcal.Log
+    robot: Robot, clean_log: Log
 ) -> None:
     turned = changed(clean_log, swivel_rad=np.array(clean_log.swivel_rad) * [1.0, -1.0, 1.0, 1.0])
 
@@ -151,9 +148,7 @@ def test_faults_that_are_known_are_set_right_and_not_looked_for(
     assert max(worse.values()) > 10.0, worse
 
 
-def test_the_table_says_what_why_and_how_much(
-    cli: Cli, biased_log: cdprcal.Log, tmp_path: Path
-) -> None:
+def test_the_table_says_what_why_and_how_much(cli: Cli, biased_log: Log, tmp_path: Path) -> None:
     ran = cli("diagnose", "irma4", written(biased_log, tmp_path / "biased.csv"))
     assert (ran.code, ran.stdout.splitlines()[0]) == (0, "explained: load_cell_bias")
     for text in ("cable 4", " N ", "tare", "tension", "± σ"):
@@ -162,7 +157,7 @@ def test_the_table_says_what_why_and_how_much(
 
 
 def test_what_is_left_open_is_said_to_people(
-    cli: Cli, biased_log: cdprcal.Log, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+    cli: Cli, biased_log: Log, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """What a document may also hold: rejected effects, what no effect explains, blind spots."""
     ran = cli("diagnose", "irma4", written(biased_log, tmp_path / "biased.csv"), "--json")
@@ -213,7 +208,7 @@ def test_what_is_left_open_is_said_to_people(
     assert "next: measure at (0, 0, 1.2)" in said
 
 
-def test_pictures_are_written(cli: Cli, biased_log: cdprcal.Log, tmp_path: Path) -> None:
+def test_pictures_are_written(cli: Cli, biased_log: Log, tmp_path: Path) -> None:
     log = written(biased_log, tmp_path / "biased.csv")
     folder = tmp_path / "new" / "pictures"
     assert cli("diagnose", "irma4", log, "--plot", folder).code == 0
@@ -225,9 +220,7 @@ def test_pictures_are_written(cli: Cli, biased_log: cdprcal.Log, tmp_path: Path)
     cli("diagnose", "irma4", log, "--plot", log).refused("biased.csv")  # a file, not a folder
 
 
-def test_several_logs_are_explained_together(
-    cli: Cli, robot: cdprcal.Robot, tmp_path: Path
-) -> None:
+def test_several_logs_are_explained_together(cli: Cli, robot: Robot, tmp_path: Path) -> None:
     rates = [0.0006, -0.0004]
     paths = []
     for i, rate in enumerate(rates):
@@ -247,9 +240,7 @@ def test_several_logs_are_explained_together(
         assert strict(cli("diagnose", corrected, path, "--json").stdout)["verdict"] == "consistent"
 
 
-def test_what_no_name_explains_is_described(
-    cli: Cli, clean_log: cdprcal.Log, tmp_path: Path
-) -> None:
+def test_what_no_name_explains_is_described(cli: Cli, clean_log: Log, tmp_path: Path) -> None:
     # A swivel encoder that follows the square of its cable's tension: nothing in the catalogue.
     tension = clean_log.tension_N
     swivel = clean_log.swivel_rad + 0.05 * (tension / tension.mean()) ** 2
@@ -271,9 +262,7 @@ def test_what_no_name_explains_is_described(
     assert strict(known.stdout)["verdict"] == "consistent"
 
 
-def test_what_nothing_explains_is_said_and_fails(
-    cli: Cli, clean_log: cdprcal.Log, tmp_path: Path
-) -> None:
+def test_what_nothing_explains_is_said_and_fails(cli: Cli, clean_log: Log, tmp_path: Path) -> None:
     # A swivel encoder that hops with the least change of tension: no law that anybody could find.
     hops = 0.12 * np.sin(1e3 * np.round(clean_log.tension_setpoint_N))
     log = written(changed(clean_log, swivel_rad=clean_log.swivel_rad + hops), tmp_path / "odd.csv")
@@ -335,9 +324,7 @@ def test_sizes_are_those_of_the_robot() -> None:
     assert infos["load_cell_gain"].parameters[0].times_reference(ring) == 1.0
 
 
-def test_progress_can_stop_and_its_errors_come_through(
-    robot: cdprcal.Robot, biased_log: cdprcal.Log
-) -> None:
+def test_progress_can_stop_and_its_errors_come_through(robot: Robot, biased_log: Log) -> None:
     steps: list[str] = []
     found = cdprcal.diagnose(robot, [biased_log], progress=steps.append)
     assert steps[0].startswith("discrete faults")
@@ -352,7 +339,7 @@ def test_progress_can_stop_and_its_errors_come_through(
         cdprcal.diagnose(robot, [biased_log], progress=interrupt)
 
 
-def test_effects_of_a_robot_are_checked_kept_and_pickled(robot: cdprcal.Robot) -> None:
+def test_effects_of_a_robot_are_checked_kept_and_pickled(robot: Robot) -> None:
     import pickle
 
     effect = cdprcal.AppliedEffect(name="load_cell_bias", parameters={"bias_N": BIAS_N})
@@ -362,13 +349,13 @@ def test_effects_of_a_robot_are_checked_kept_and_pickled(robot: cdprcal.Robot) -
         "cables": robot.cables,
         "tension_limits_N": robot.tension_limits_N,
     }
-    made = cdprcal.Robot(**parts, effects=[effect])
+    made = Robot(**parts, effects=[effect])
     for copy in (made, pickle.loads(pickle.dumps(made))):
         assert copy.effects[0].name == "load_cell_bias"
         assert copy.effects[0].parameters == {"bias_N": BIAS_N}
     wrong = cdprcal.AppliedEffect(name="load_cell_bias", parameters={"bias_N": [1.0]})
     with pytest.raises(cdprcal.InputError, match="bias_N: must have 4 values"):
-        cdprcal.Robot(**parts, effects=[wrong])
+        Robot(**parts, effects=[wrong])
 
 
 def test_what_is_left_of_absolute_sensors_has_their_units() -> None:

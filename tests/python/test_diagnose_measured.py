@@ -1,21 +1,19 @@
-"""The measured logs of the paper's robot, raw: two runs that must tell the same story."""
+"""Measured logs of the paper's robot, raw; practice logs, made elsewhere, with a hidden effect."""
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from cdprcal import _core
 from cdprcal.io import load_run
+from conftest import Cli
 
 LOGS = ("sc_8_final.log", "sc_27_medium_a.log")
-
-
-@pytest.fixture(scope="module")
-def robot() -> _core.Robot:
-    return _core.load_robot("irma4")
 
 
 @pytest.fixture
@@ -59,3 +57,26 @@ def test_both_runs_lead_to_the_same_effects_and_values(
         frozen = _core.diagnose(found.corrected, [log])
         assert held_out(frozen, "tension_N") < 0.3 * held_out(plain, "tension_N")
         assert held_out(frozen, "length_m") < 0.4 * held_out(plain, "length_m")
+
+
+@pytest.mark.parametrize("name", ["p1", "p2", "p3", "p4", "p5", "p6"])
+def test_the_hidden_effect_is_named_measured_and_corrected(
+    cli: Cli, shared_data: Path, tmp_path: Path, name: str
+) -> None:
+    log = shared_data / "practice" / f"{name}.csv"
+    if not log.exists():
+        pytest.skip(f"no practice log at {log}")
+    answers = json.loads((log.parent / "answers.json").read_text())[name]
+    corrected = tmp_path / "corrected.yaml"
+    ran = cli("diagnose", "irma4", log, "--json", "-o", corrected)
+    result = ran.document()
+    assert [effect["name"] for effect in result["effects"]] == list(answers["effects"])
+    for effect in result["effects"]:
+        for parameter, truth in answers["effects"][effect["name"]].items():
+            error = np.array(effect["parameters"][parameter]) - np.array(truth)
+            deviation = np.array(effect["standard_deviation"][parameter])
+            # 95 % for all values of an effect together: 2 sigma for one, 2.5 for one a cable.
+            bound = norm.ppf(1.0 - 0.025 / error.size)
+            assert np.all(np.abs(error) <= bound * deviation), (parameter, error / deviation)
+    again = json.loads(cli("diagnose", corrected, log, "--json").stdout)
+    assert again["verdict"] == "consistent"

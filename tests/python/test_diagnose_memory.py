@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
+
+from scripts import executed
 
 _DIAGNOSE = """
 import re, sys
@@ -25,9 +26,7 @@ print(peak_kB() - before)
 
 
 def grown_kB(poses: int) -> int:
-    ran = subprocess.run(
-        [sys.executable, "-c", _DIAGNOSE, str(poses)], capture_output=True, text=True, check=True
-    )
+    ran = executed([sys.executable, "-c", _DIAGNOSE, str(poses)], check=True)
     return int(ran.stdout)
 
 

@@ -18,6 +18,7 @@ import pytest
 import cdprcal
 from browser import Tab, browser_tab, chromium
 from cdprcal.acquisition.remedies import remedy_for
+from scripts import executed
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -96,9 +97,7 @@ def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "-d", str(tmp_path / "site")]
     # MkDocs' theme advertises itself on stderr, which is no warning of the build's.
     environment = {**os.environ, "NO_MKDOCS_2_WARNING": "true", "DISABLE_MKDOCS_2_WARNING": "true"}
-    done = subprocess.run(
-        command, cwd=ROOT, capture_output=True, text=True, check=False, env=environment
-    )
+    done = executed(command, cwd=ROOT, env=environment)
     assert done.returncode == 0, done.stderr
     page = (tmp_path / "site" / "api" / "calibration.html").read_text(encoding="utf-8")
     for name in ("calibrate", "CalibrationResult", "OnlineCalibration"):
@@ -140,15 +139,7 @@ def test_every_name_of_the_core_is_in_the_api() -> None:
 
 def walked(script: str, folder: Path, shell: dict[str, str]) -> subprocess.CompletedProcess[str]:
     """Runs commands in a folder; all of them must end well."""
-    done = subprocess.run(
-        ["bash", "-eu", "-c", script],
-        cwd=folder,
-        env=shell,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
+    done = executed(["bash", "-eu", "-c", script], cwd=folder, env=shell, timeout=120)
     assert done.returncode == 0, done.stderr
     return done
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from cdprcal import _core
 from cdprcal.completion import paths
 from cdprcal.schemas import schema
 from conftest import Cli
+from scripts import executed
 
 NAMES = [info.name for info in cdprcal.effect_catalogue()]
 
@@ -133,15 +133,7 @@ def test_shells_are_told_values(tmp_path: Path, typed: str, offered: set[str]) -
         "COMP_CWORD": str(len(words) - 1),
     }
     program = "from cdprcal.cli import app; app(prog_name='cdprcal')"
-    ran = subprocess.run(
-        [sys.executable, "-c", program],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    ran = executed([sys.executable, "-c", program], cwd=tmp_path, env=environment, timeout=60)
     assert set(ran.stdout.split()) == offered, ran.stderr
 
 

@@ -71,8 +71,7 @@ def test_plan_acquire_calibrate_diagnose(cli: Cli, tmp_path: Path) -> None:
     ran = cli("acquire", "posts8", plan, "--seed", "3", "-o", log, "--truth", truth)
     assert ran.code == 0, ran.stderr
     calibrated = cli("calibrate", "posts8", log, "--json")
-    assert calibrated.code == 0, calibrated.stderr
-    found = json.loads(calibrated.stdout)["initial_pose"]
+    found = calibrated.document()["initial_pose"]
     true = json.loads(truth.read_text())["poses"][0]
     error_m = np.subtract(found["position_m"], true["position_m"])
     assert np.linalg.norm(error_m) < 2e-3

@@ -16,8 +16,8 @@ from cdprcal.hardware.drives import ethercat_bus
 from cdprcal.hardware.drives.canopen_bus import NoSuchObjectError
 from cdprcal.hardware.drives.ethercat_bus import EthercatFieldbus
 from cdprcal.hardware.drives.process_data import layouts
-from cdprcal.hardware.session import Session, parse_session
-from winch_bus import EXAMPLE, example_session
+from cdprcal.hardware.session import Session
+from winch_bus import ethercat_session, example_session
 
 PREOP, SAFEOP, OP = 2, 4, 8
 
@@ -127,10 +127,7 @@ class Master:
 
 @pytest.fixture
 def session() -> Session:
-    canopen = "{type: canopen, interface: virtual, channel: irma4}"
-    text = EXAMPLE.read_text().replace(canopen, "{type: ethercat, interface: eth0, sync0: true}")
-    text = text.replace("simulated: {}", "").replace("port: simulated", "port: x")
-    return parse_session(text, "session")
+    return ethercat_session("eth0, sync0: true")
 
 
 @pytest.fixture

@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from scripts import executed
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("0*.py"))
@@ -28,9 +29,7 @@ NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 
 def printed(command: list[str], folder: Path) -> list[tuple[str, str]]:
     """The lines of a program as (what, values)."""
-    done = subprocess.run(
-        command, cwd=folder, capture_output=True, text=True, timeout=120, check=False
-    )
+    done = executed(command, cwd=folder, timeout=120)
     assert done.returncode == 0, done.stdout + done.stderr
     lines = [line.partition(": ") for line in done.stdout.splitlines()]
     return [(what, values) for what, _, values in lines]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import re
-import signal
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -21,7 +20,7 @@ from cdprcal.diagnosis import diagnosis_as_dict
 from cdprcal.explore import Exploration, ExploreServer
 from cdprcal.explore.exploration import Choice, LeftOut, without_rests
 from conftest import TABLE_II_TENSIONS_N, Cli, changed
-from local_pages import ask, get, started
+from local_pages import ask, serves_until_ctrl_c
 
 BIAS_N = (6.0, -5.0, 4.0, -8.0)
 READY = "document.documentElement.dataset.explore === 'ready'"
@@ -32,14 +31,14 @@ def biased(log: cdprcal.Log) -> cdprcal.Log:
 
 
 @pytest.fixture(scope="module")
-def logs(robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog) -> list[cdprcal.Log]:
+def logs(robot: cdprcal.Robot, log: cdprcal.Log) -> list[cdprcal.Log]:
     """Two runs of a robot whose load cells are biased."""
     options = cdprcal.SyntheticLogOptions(
         dwell_s=4.0, move_s=4.0, noise=cdprcal.reading_noise(robot.sigma, 0.05), seed=8
     )
     tensions = [np.array(t) for t in TABLE_II_TENSIONS_N]
     other = cdprcal.synthetic_log(robot, tensions, options)
-    return [biased(synthetic.log), biased(other.log)]
+    return [biased(log), biased(other.log)]
 
 
 @pytest.fixture
@@ -332,13 +331,8 @@ def test_on_a_phone_in_the_dark(server: ExploreServer, tab: Tab) -> None:
 def test_the_command_serves_until_ctrl_c(logs: list[cdprcal.Log], tmp_path: Path) -> None:
     for name, log in zip("ab", logs, strict=True):
         cdprcal.write_log(log, str(tmp_path / f"{name}.csv"))
-    running, port = started("explore", "irma4", tmp_path / "a.csv", tmp_path / "b.csv")
-    try:
-        assert "<title>cdprcal, explore</title>" in get(port, "/")
-        running.send_signal(signal.SIGINT)
-        assert running.wait(10) == 0
-    finally:
-        running.kill()
+    given = ("irma4", tmp_path / "a.csv", tmp_path / "b.csv")
+    serves_until_ctrl_c("<title>cdprcal, explore</title>", "/", "explore", *given)
 
 
 def test_wrong_use_is_said(cli: Cli, log_path: Path, tmp_path: Path) -> None:

@@ -1,4 +1,5 @@
-"""A base installation is small; what is missing is named by its extra, before any work."""
+"""A base installation is small, and an import light; what is missing is named by its extra, before
+any work."""
 
 from __future__ import annotations
 
@@ -15,6 +16,7 @@ from cdprcal._core import InputError
 from cdprcal.extras import EXTRAS, Extra, missing, need
 from cdprcal.io.log_file import load_log
 from cdprcal.io.save import save_log
+from scripts import executed
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -77,10 +79,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def bare(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
     """A command without any of the extras."""
-    return subprocess.run(
+    return executed(
         [sys.executable, "-c", WITHOUT.format(names=set(EXTRAS)), *words],
-        cwd=folder, capture_output=True, text=True, check=False, env=dict(os.environ),
-    )  # fmt: skip
+        cwd=folder,
+        env=dict(os.environ),
+    )
 
 
 @pytest.mark.parametrize(
@@ -126,3 +129,48 @@ def test_what_few_need_names_its_extra(words: str, extra: str, folder: Path) -> 
     assert re.fullmatch(
         rf"(….*\n)*cdprcal: .* need \w+: pip install 'cdprcal\[{extra}\]'(, or .*)?\n", ran.stderr
     ), ran.stderr
+
+
+HEAVY = (
+    "canopen",
+    "jinja2",
+    "jsonschema",
+    "matplotlib",
+    "mcap",
+    "plotly",
+    "pydantic",
+    "rich",
+    "rosbags",
+    "ruamel",
+    "scipy",
+    "typer",
+)
+
+
+@pytest.mark.parametrize(
+    ("code", "allowed"),
+    [
+        ("import cdprcal", ()),
+        ("import cdprcal; cdprcal.load_robot('irma4')", ("numpy",)),
+        ("import cdprcal.io", ("numpy",)),
+        ("import cdprcal.cli", ("typer", "rich")),
+    ],
+)
+def test_what_an_import_brings_in(code: str, allowed: tuple[str, ...]) -> None:
+    shown = "import sys; print(*{name.split('.')[0] for name in sys.modules})"
+    ran = executed([sys.executable, "-c", f"{code}\n{shown}"], check=True)
+    loaded = set(ran.stdout.split())
+    assert not loaded & ({*HEAVY, "numpy"} - set(allowed))
+
+
+def test_libraries_of_solvers_that_are_never_chosen_are_not_loaded() -> None:
+    """Debian's static Ceres would bring in ATLAS and SuiteSparse; see cmake/Dependencies.cmake."""
+    from cdprcal import _core
+
+    if _core.library_versions()["Ceres"] >= "2.2":
+        pytest.skip("another Ceres than the one whose solvers are left out")
+    shown = "import cdprcal._core; print(open('/proc/self/maps').read())"
+    ran = executed([sys.executable, "-c", shown], check=True)
+    assert "libnlopt" in ran.stdout
+    for library in ("liblapack", "libatlas", "libcholmod", "libgfortran.so"):
+        assert library not in ran.stdout

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from scripts import executed
+
 TESTS = Path(__file__).resolve().parents[1]
 SCRIPT = TESTS / "fuzz_python" / "importers.py"
 PACK = TESTS / "corpus.py"
@@ -20,9 +22,7 @@ def corpus(*words: str | Path) -> None:
 
 
 def test_every_kept_input_is_read_or_refused() -> None:
-    ran = subprocess.run(
-        [sys.executable, str(SCRIPT), "replay"], capture_output=True, text=True, check=False
-    )
+    ran = executed([sys.executable, str(SCRIPT), "replay"])
     assert ran.returncode == 0, ran.stderr[-2000:]
     replayed = dict(line.split(": ") for line in ran.stdout.splitlines())
     for archive in SCRIPT.parent.glob("corpus/*.tar.xz"):

@@ -16,6 +16,7 @@ import pytest
 import cdprcal
 from cdprcal.mapping import load_mapped, read_raw
 from cdprcal.schemas import schema
+from scripts import executed
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "robots" / "maslow.md"
 SHARED = Path(os.environ.get("CDPRCAL_SHARED_DATA", "none")) / "robots" / "maslow"
@@ -37,9 +38,7 @@ def machine(tmp_path: Path) -> Path:
 
 
 def _run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "cdprcal", *arguments], cwd=folder, capture_output=True, text=True
-    )
+    return executed([sys.executable, "-m", "cdprcal", *arguments], cwd=folder)
 
 
 def test_the_page_finds_the_frame_of_its_twin(machine: Path) -> None:

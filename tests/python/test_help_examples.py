@@ -58,11 +58,11 @@ def page_blocks(language: str, page: str) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def folder(synthetic: cdprcal.SyntheticLog, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(log: cdprcal.Log, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where all are run, one after the other; the robot's raw log and ROS's program are there."""
     folder = tmp_path_factory.mktemp("examples")
-    (folder / "robot.log").write_text(raw_text(synthetic.log))
-    kilograms(synthetic.log, folder).rename(folder / "raw.csv")
+    (folder / "robot.log").write_text(raw_text(log))
+    kilograms(log, folder).rename(folder / "raw.csv")
     (folder / "examples").symlink_to(ROOT / "examples")
     (folder / "mine.yaml").symlink_to(ROOT / "examples" / "canopen-simulated.yaml")
     belts, records = page_blocks("yaml", "robots/maslow.md")[:2]

@@ -1,4 +1,5 @@
-"""tools/instructions: counts of fixed workloads against those on record."""
+"""tools/instructions: counts of fixed workloads against those on record; tools/flops: which
+instructions count, and how callgrind's file is read."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ from types import ModuleType
 
 import pytest
 
-from scripts import load_script
+from scripts import executed, load_script
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPT = ROOT / "tools" / "instructions"
@@ -23,14 +24,13 @@ def tool() -> ModuleType:
     return load_script(SCRIPT)
 
 
+@pytest.fixture(scope="module")
+def flops() -> ModuleType:
+    return load_script(SCRIPT.with_name("flops"))
+
+
 def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, SCRIPT, *arguments],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
+    return executed([sys.executable, SCRIPT, *arguments], timeout=300)
 
 
 @pytest.fixture
@@ -84,8 +84,48 @@ def test_a_workload_that_is_not_there(bin_folder: str) -> None:
 
 
 def test_the_record_holds_every_workload(bin_folder: str) -> None:
-    listed = subprocess.run(
-        [Path(bin_folder) / "cdprcal_workloads"], capture_output=True, text=True, check=True
-    )
+    listed = executed([Path(bin_folder) / "cdprcal_workloads"], check=True)
     record = json.loads((ROOT / "tests" / "instructions" / "counts.json").read_text())
     assert listed.stdout.split() == list(record["counts"])
+
+
+#: As callgrind writes it.
+DUMP = """\
+positions: instr line
+events: Ir
+
+ob=(1) /bin/a
+fn=(1) main
+0x1000 5 10
++4 +1 10
+cob=(2) /lib/b
+cfn=(2) f
+calls=3 0x2000 1
+* * 999
++6 * 7
+
+ob=(2)
+fn=(2)
+0x2000 1 3
+-8 +2 4
+ob=(1)
+0x1004 9 5
+"""
+
+
+def test_callgrinds_file(flops: ModuleType) -> None:
+    """Relative addresses, compressed names, and the cost of callees left out."""
+    assert flops.parse(DUMP.splitlines()) == {
+        "/bin/a": {0x1000: 10, 0x1004: 10 + 5, 0x100A: 7},
+        "/lib/b": {0x2000: 3, 0x1FF8: 4},
+    }
+
+
+@pytest.mark.parametrize("name", ["addsd", "vmulpd", "vfmadd231pd", "vfnmsub132sd", "sqrtsd"])
+def test_what_is_arithmetic(flops: ModuleType, name: str) -> None:
+    assert flops.ARITHMETIC.match(name)
+
+
+@pytest.mark.parametrize("name", ["movapd", "cvtsi2sd", "addss", "add", "xorpd", "ucomisd"])
+def test_what_is_not(flops: ModuleType, name: str) -> None:
+    assert not flops.ARITHMETIC.match(name)

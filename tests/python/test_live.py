@@ -5,7 +5,6 @@ from __future__ import annotations
 import http.client
 import json
 import re
-import signal
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -21,7 +20,7 @@ from cdprcal.io.events import read_events
 from cdprcal.live import Feed, LiveServer, places_of, replay_messages
 from cdprcal.live.feed import end_message, estimate_message, hello, sample_message
 from conftest import Browsed, Cli, raw_text
-from local_pages import ask, get, started
+from local_pages import ask, get, serves_until_ctrl_c, started
 
 
 @pytest.fixture(scope="module")
@@ -203,9 +202,9 @@ def test_acquire_tells_where_it_is(plan: Path, tmp_path: Path) -> None:
 
 
 def test_rests_are_found_in_logs_of_other_origin(
-    synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path
+    log: cdprcal.Log, log_path: Path, tmp_path: Path
 ) -> None:
-    (tmp_path / "raw.log").write_text(raw_text(synthetic.log))
+    (tmp_path / "raw.log").write_text(raw_text(log))
     for path in (log_path, tmp_path / "raw.log"):
         texts = replay_messages(load_log(path), None, None, speed=0.0)
         samples = [m for m in map(json.loads, texts) if m["type"] == "sample"]
@@ -311,13 +310,8 @@ def test_a_page_that_fails_does_not_stop_the_robot(capfd: pytest.CaptureFixture[
 
 
 def test_replay_serves_a_log_until_ctrl_c(log_path: Path) -> None:
-    running, port = started("replay", log_path, "--speed", "0", "--robot", "irma4")
-    try:
-        assert '"limits_N": [20.0, 400.0]' in get(port, "/events")
-        running.send_signal(signal.SIGINT)
-        assert running.wait(10) == 0
-    finally:
-        running.kill()
+    given = ("replay", log_path, "--speed", "0", "--robot", "irma4")
+    serves_until_ctrl_c('"limits_N": [20.0, 400.0]', "/events", *given)
 
 
 def test_wrong_use_is_said(cli: Cli, log_path: Path, tmp_path: Path) -> None:

@@ -116,12 +116,12 @@ def test_canonical_csv_gives_back_the_same_numbers(
         np.testing.assert_array_equal(getattr(again, name), getattr(log, name), err_msg=name)
 
 
-def test_a_written_log_reads_back(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
+def test_a_written_log_reads_back(log: cdprcal.Log, tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
-    cdprcal.write_log(synthetic.log, str(path))
+    cdprcal.write_log(log, str(path))
     again = cdprcal.read_log(str(path))
     for name in ARRAYS:
-        np.testing.assert_array_equal(getattr(again, name), getattr(synthetic.log, name))
+        np.testing.assert_array_equal(getattr(again, name), getattr(log, name))
 
 
 def test_a_message_that_quotes_bytes_of_a_damaged_file_is_still_a_message() -> None:

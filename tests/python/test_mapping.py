@@ -18,12 +18,12 @@ import numpy as np
 import pytest
 
 import cdprcal
-from cdprcal import sensors
+from cdprcal import Log, Robot, sensors
 from cdprcal.io import LogFile, load_log, save_log
 from cdprcal.io.marks import marks_in
 from cdprcal.mapping import Line, Proposal, load_mapped, parse_map, propose_file, read_raw
-from cdprcal.mapping.counter import unwrapped
 from cdprcal.mapping.document import GROUPS, QUATERNIONS
+from cdprcal.mapping.raw import unwrapped
 from cdprcal.mapping.recognise import taken_apart
 from cdprcal.mapping.units import UNITS, factor, unit_named
 from cdprcal.ros2 import save_bag
@@ -41,7 +41,7 @@ from raw_files import (
 LETTERS = {"s": "swivel_rad", "t": "tension_N", "p": "tension_setpoint_N"}
 
 
-def mapped(cli: Cli, shape: str, log: cdprcal.Log, folder: Path) -> tuple[Path, Path]:
+def mapped(cli: Cli, shape: str, log: Log, folder: Path) -> tuple[Path, Path]:
     """A raw file, and its map as proposed and corrected in at most two lines."""
     made = SHAPES[shape]
     raw, the_map = made.make(log, folder), folder / "map.yaml"
@@ -72,13 +72,11 @@ def test_a_raw_file_ends_in_a_pose(
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_every_reading_arrives(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path, shape: str
-) -> None:
-    raw, the_map = mapped(cli, shape, synthetic.log, tmp_path)
+def test_every_reading_arrives(cli: Cli, log: Log, tmp_path: Path, shape: str) -> None:
+    raw, the_map = mapped(cli, shape, log, tmp_path)
     out = tmp_path / "run.csv"
     assert cli("import", raw, "--map", the_map, "--robot", "irma4", "-o", out).code == 0
-    log, truth = load_log(out).log, synthetic.log
+    log, truth = load_log(out).log, log
     np.testing.assert_allclose(log.time_s, truth.time_s - truth.time_s[0], atol=1e-4)
     groups = ["length_m", *(LETTERS[letter] for letter in SHAPES[shape].groups)]
     for group in groups:
@@ -91,10 +89,8 @@ def test_every_reading_arrives(
     assert all(getattr(log, group).shape[1] == 0 for group in absent)
 
 
-def test_the_proposal_says_how_sure_it_is(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
-    raw, the_map = german_excel(synthetic.log, tmp_path), tmp_path / "map.yaml"
+def test_the_proposal_says_how_sure_it_is(cli: Cli, log: Log, tmp_path: Path) -> None:
+    raw, the_map = german_excel(log, tmp_path), tmp_path / "map.yaml"
     ran = cli("check", raw, "--propose", the_map)  # without a robot, too
     assert ran.code == 0
     assert ran.stdout.startswith(f"{the_map}: 5 lines, none a guess\n")
@@ -108,7 +104,7 @@ def test_the_proposal_says_how_sure_it_is(
     cli("check", "irma4", raw, "--propose", raw).refused("is the log that is read")
 
 
-def proposed(raw: Path, robot: cdprcal.Robot | None = None) -> dict[str, Line]:
+def proposed(raw: Path, robot: Robot | None = None) -> dict[str, Line]:
     """The lines that are proposed for the channels of a file, by name."""
     return {line.name: line for line in propose_file(raw, robot).lines}
 
@@ -127,7 +123,7 @@ def table(path: Path, names: Iterable[str], *columns: Any) -> Path:
     return path
 
 
-def canonical(log: cdprcal.Log, path: Path, *renamed: tuple[str, str]) -> Path:
+def canonical(log: Log, path: Path, *renamed: tuple[str, str]) -> Path:
     """A canonical log whose header is written otherwise: (pattern, what stands in its place)."""
     cdprcal.write_log(log, str(path))
     header, rest = path.read_text().split("\n", 1)
@@ -150,12 +146,12 @@ def canonical(log: cdprcal.Log, path: Path, *renamed: tuple[str, str]) -> Path:
 )
 @pytest.mark.parametrize("swivel", ["theta", "phi", "rz"])
 def test_numbered_angles_are_the_swivels(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path, angles: str, swivel: str
+    log: Log, tmp_path: Path, angles: str, swivel: str
 ) -> None:
     renamed = [(r"swivel_(\d)_rad", rf"{swivel}_\1_rad")]
     for was, now in zip(("roll", "pitch", "yaw"), angles.split(","), strict=True):
         renamed.append((rf"\b{was}_rad", f"{now}_rad"))
-    raw = canonical(synthetic.log, tmp_path / "raw.csv", *renamed)
+    raw = canonical(log, tmp_path / "raw.csv", *renamed)
     lines = proposed(raw)
     assert lines["swivels"].columns == tuple(f"{swivel}_{i}_rad" for i in (1, 2, 3, 4))
     assert lines["attitude"].columns == tuple(f"{angle}_rad" for angle in angles.split(","))
@@ -163,9 +159,9 @@ def test_numbered_angles_are_the_swivels(
 
 @pytest.mark.parametrize("asked", ["TargetPosition_{}_m", "length_{}_ref_m", "Seil_Soll_{}_m"])
 def test_what_was_commanded_is_not_what_was_read(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path, asked: str
+    cli: Cli, log: Log, tmp_path: Path, asked: str
 ) -> None:
-    raw, log = tmp_path / "raw.csv", synthetic.log
+    raw = tmp_path / "raw.csv"
     names = [asked.format(i) for i in (1, 2, 3, 4)] + [f"ActualPosition_{i}_m" for i in range(4)]
     header = ["time_s", *names, "roll_ref_rad", "roll_rad"]
     roll = log.roll_pitch_yaw_rad[:, :1]
@@ -183,9 +179,9 @@ def test_what_was_commanded_is_not_what_was_read(
     ("length", "tension"), [("length_{}_AI{}", "LC{}_500N"), ("AI{1}_wire{0}", "F_{0}_ch{1}_N")]
 )
 def test_the_number_that_tells_cables_apart_is_found_among_others(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path, length: str, tension: str
+    log: Log, tmp_path: Path, length: str, tension: str
 ) -> None:
-    raw, log = tmp_path / "raw.csv", synthetic.log
+    raw = tmp_path / "raw.csv"
     names = [pattern.format(i, i + 7) for pattern in (length, tension) for i in (1, 2, 3, 4)]
     table(raw, ["time_s", *names], log.time_s, log.length_m, log.tension_N)
     lines = proposed(raw)
@@ -193,10 +189,8 @@ def test_the_number_that_tells_cables_apart_is_found_among_others(
     assert lines["tensions"].columns == tuple(names[4:])
 
 
-def test_a_map_without_a_cable_is_no_success(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
-    raw, log = tmp_path / "raw.csv", synthetic.log
+def test_a_map_without_a_cable_is_no_success(cli: Cli, log: Log, tmp_path: Path) -> None:
+    raw = tmp_path / "raw.csv"
     header = ("time_s", "roll_rad", "pitch_rad", "yaw_rad")
     table(raw, header, log.time_s, log.roll_pitch_yaw_rad)
     ran = cli("check", "irma4", raw, "--propose", tmp_path / "map.yaml")
@@ -206,9 +200,8 @@ def test_a_map_without_a_cable_is_no_success(
 
 
 def test_a_clock_that_stands_still_is_the_time_rather_than_a_count(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+    log: Log, tmp_path: Path
 ) -> None:
-    log = synthetic.log
     ticks = np.asarray(log.time_s).copy()
     ticks[30::40] = ticks[29::40][: len(ticks[30::40])]
     written = [f"{i};{time:.3f}" for i, time in enumerate(ticks.tolist())]
@@ -228,12 +221,10 @@ def test_a_clock_that_stands_still_is_the_time_rather_than_a_count(
 
 
 @pytest.mark.parametrize("day", ["", "2026-03-01 12:00:"])
-def test_stamps_of_whole_seconds_give_way_to_the_rate(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path, day: str
-) -> None:
-    log, the_map = synthetic.log, tmp_path / "map.yaml"
+def test_stamps_of_whole_seconds_give_way_to_the_rate(log: Log, tmp_path: Path, day: str) -> None:
+    the_map = tmp_path / "map.yaml"
     written = [f"{day}{int(time) % 60:02d}" for time in np.asarray(log.time_s)[:500]]
-    log = cdprcal.Log(time_s=log.time_s[:500], length_m=log.length_m[:500],
+    log = Log(time_s=log.time_s[:500], length_m=log.length_m[:500],
                       tension_N=log.tension_N[:500])  # fmt: skip
     raw = with_times(log, tmp_path / "raw.csv", "stamp", written)
     proposal = propose_file(raw)
@@ -250,19 +241,17 @@ def test_stamps_of_whole_seconds_give_way_to_the_rate(
     assert propose_file(raw).time.columns == ("stamp",)
 
 
-def test_a_full_name_beats_an_alias(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
+def test_a_full_name_beats_an_alias(log: Log, tmp_path: Path) -> None:
     renamed = ("tension_1_N", "theta_rad"), ("tension_2_N", "rx_rad")
-    raw = canonical(synthetic.log, tmp_path / "raw.csv", *renamed)
+    raw = canonical(log, tmp_path / "raw.csv", *renamed)
     lines = proposed(raw)
     assert lines["attitude"].columns == ("roll_rad", "pitch_rad", "yaw_rad")
 
 
 @pytest.mark.parametrize("name", ["T{} [N]", "T{}", "x{} [N]", "forza_{}"])
-def test_numbered_forces_are_the_tensions(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path, name: str
-) -> None:
+def test_numbered_forces_are_the_tensions(log: Log, tmp_path: Path, name: str) -> None:
     renamed = (r"tension_(\d)_N", name.format(r"\1"))
-    raw = canonical(synthetic.log, tmp_path / "raw.csv", renamed)
+    raw = canonical(log, tmp_path / "raw.csv", renamed)
     proposal = propose_file(raw, cdprcal.load_robot("irma4"))
     lines = {line.name: line for line in proposal.lines}
     assert lines["tensions"].columns == tuple(name.format(i) for i in (1, 2, 3, 4))
@@ -271,10 +260,10 @@ def test_numbered_forces_are_the_tensions(
 
 
 def test_a_column_twice_is_a_guess_and_what_is_not_used_is_said(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+    cli: Cli, log: Log, tmp_path: Path
 ) -> None:
     renamed = ("roll_rad", "length_1_m"), ("pitch_rad", "spindle")
-    raw = canonical(synthetic.log, tmp_path / "raw.csv", *renamed)
+    raw = canonical(log, tmp_path / "raw.csv", *renamed)
     ran = cli("check", "irma4", raw, "--propose", tmp_path / "map.yaml")
     assert ran.code == 1
     assert "to be corrected where wrong: lengths" in ran.stdout
@@ -285,11 +274,9 @@ def test_a_column_twice_is_a_guess_and_what_is_not_used_is_said(
     assert '["length_1_m", "length_2_m", "length_3_m", "length_4_m"]' in text
 
 
-def test_an_array_of_angles_is_the_attitude(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_an_array_of_angles_is_the_attitude(log: Log, tmp_path: Path) -> None:
     io = pytest.importorskip("scipy.io")
-    log, path = synthetic.log, tmp_path / "run.mat"
+    path = tmp_path / "run.mat"
     held = {"t": log.time_s, "L": log.length_m, "T": log.tension_N, "rpy": log.roll_pitch_yaw_rad}
     io.savemat(path, {key: np.array(values) for key, values in held.items()})
     lines = proposed(path)
@@ -297,10 +284,8 @@ def test_an_array_of_angles_is_the_attitude(
     assert lines["tensions"].columns == ("T.1", "T.2", "T.3", "T.4")
 
 
-def test_a_bag_that_was_exported_is_proposed_whole(
-    synthetic: cdprcal.SyntheticLog, robot: cdprcal.Robot, tmp_path: Path
-) -> None:
-    save_bag(synthetic.log, tmp_path / "bag", robot.euler_convention)
+def test_a_bag_that_was_exported_is_proposed_whole(log: Log, robot: Robot, tmp_path: Path) -> None:
+    save_bag(log, tmp_path / "bag", robot.euler_convention)
     lines = proposed(tmp_path / "bag", robot)
     assert {"lengths", "swivels", "tensions", "attitude"} <= set(lines)
     assert lines["lengths"].columns[0] == "/joint_states.position.cable_1"
@@ -310,9 +295,9 @@ def test_a_bag_that_was_exported_is_proposed_whole(
 
 @pytest.mark.parametrize("command", ["check", "calibrate", "diagnose"])
 def test_other_columns_are_answered_by_the_way_to_a_map(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path, command: str
+    cli: Cli, log: Log, log_path: Path, tmp_path: Path, command: str
 ) -> None:
-    raw = german_excel(synthetic.log, tmp_path)
+    raw = german_excel(log, tmp_path)
     cli(command, "irma4", raw).refused(f"cdprcal check '{raw}' --propose map.yaml writes one")
     log_path.write_text(log_path.read_text().replace("length_1_m", "length_one", 1))
     ran = cli(command, "irma4", log_path)  # a slip in a log is a slip
@@ -361,11 +346,10 @@ def test_what_a_map_would_read_is_answered_by_the_way_to_it(
 
 @pytest.mark.parametrize("ending", [".csv", " of others.csv"])
 def test_another_number_of_cables_is_said_before_a_map_is_written(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path, ending: str
+    cli: Cli, log: Log, tmp_path: Path, ending: str
 ) -> None:
     raw, the_map = tmp_path / f"three{ending}", tmp_path / "map.yaml"
-    log = synthetic.log
-    cdprcal.write_log(cdprcal.Log(time_s=log.time_s, length_m=log.length_m[:, :3]), str(raw))
+    cdprcal.write_log(Log(time_s=log.time_s, length_m=log.length_m[:, :3]), str(raw))
     if "of others" in ending:
         raw.write_text(raw.read_text().replace("length_", "rope "))
     ran = cli("check", "irma4", raw, "--propose", the_map)
@@ -568,9 +552,9 @@ def test_a_number_may_be_written_in_any_way_that_has_one_meaning(
     ],
 )
 def test_no_map_is_proposed_for_cells_that_cannot_be_read(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path, write: str, said: str
+    cli: Cli, log: Log, tmp_path: Path, write: str, said: str
 ) -> None:
-    raw, log = tmp_path / "raw.csv", synthetic.log
+    raw = tmp_path / "raw.csv"
     lines = ["t_s;" + ";".join(f"length_{i}_mm" for i in (1, 2, 3, 4))]
     for time_s, row in zip(log.time_s.tolist(), (1e3 * log.length_m).tolist(), strict=True):
         lines.append(f"{time_s};" + ";".join(write.format(length) for length in row))
@@ -583,9 +567,9 @@ def test_no_map_is_proposed_for_cells_that_cannot_be_read(
 
 @pytest.mark.parametrize("mark", [-999, -9999, 9999, 65535])
 def test_marks_of_missing_readings_are_named_with_what_to_do(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path, mark: int
+    cli: Cli, log: Log, tmp_path: Path, mark: int
 ) -> None:
-    raw, the_map = canonical(synthetic.log, tmp_path / "raw.csv"), tmp_path / "map.yaml"
+    raw, the_map = canonical(log, tmp_path / "raw.csv"), tmp_path / "map.yaml"
     header, *rows = (line.split(",") for line in raw.read_text().splitlines())
     at = [header.index(name) for name in ("length_2_m", "tension_3_N", "roll_rad")]
     for row in rows[3::7]:
@@ -631,9 +615,7 @@ def test_what_is_a_mark(values: list[float], marks: dict[int, int]) -> None:
     assert marks_in(np.array(values, dtype=np.float64)) == marks
 
 
-def scaled(
-    log: cdprcal.Log, path: Path, scale: dict[str, float], *renamed: tuple[str, str]
-) -> Path:
+def scaled(log: Log, path: Path, scale: dict[str, float], *renamed: tuple[str, str]) -> Path:
     """As ``canonical``, columns that begin so in another unit: how many of it SI's one is."""
     columns = [line.split(",") for line in canonical(log, path).read_text().splitlines()]
     header = columns[0]
@@ -663,18 +645,16 @@ def scaled(
     ],
 )
 def test_a_unit_in_brackets_is_taken(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path, stem: str, written: str, size: float, unit: str
+    log: Log, tmp_path: Path, stem: str, written: str, size: float, unit: str
 ) -> None:
     renamed = rf"^{stem}_(\d)_\w+$", rf"{stem} \1 [{written}]"
-    raw = scaled(synthetic.log, tmp_path / "raw.csv", {f"{stem}_": size}, renamed)
+    raw = scaled(log, tmp_path / "raw.csv", {f"{stem}_": size}, renamed)
     proposal = propose_file(raw)
     line = next(line for line in proposal.lines if line.name == f"{stem}s")
     assert (line.unit, line.sure) == (unit, "sure")
     found = through_its_map(proposal).log
     field = {"length": "length_m", "tension": "tension_N", "swivel": "swivel_rad"}[stem]
-    np.testing.assert_allclose(
-        getattr(found, field), getattr(synthetic.log, field), rtol=1e-4, atol=1e-6
-    )
+    np.testing.assert_allclose(getattr(found, field), getattr(log, field), rtol=1e-4, atol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -691,16 +671,10 @@ def test_a_unit_in_brackets_is_taken(
 )
 @pytest.mark.parametrize("below", [False, True])
 def test_a_unit_of_no_known_size_is_a_guess_and_says_so(
-    cli: Cli,
-    synthetic: cdprcal.SyntheticLog,
-    tmp_path: Path,
-    stem: str,
-    written: str,
-    one: str,
-    below: bool,
+    cli: Cli, log: Log, tmp_path: Path, stem: str, written: str, one: str, below: bool
 ) -> None:
     name = rf"{stem} \1" + ("" if below else f" [{written}]")
-    raw = scaled(synthetic.log, tmp_path / "raw.csv", {}, (rf"^{stem}_(\d)_\w+$", name))
+    raw = scaled(log, tmp_path / "raw.csv", {}, (rf"^{stem}_(\d)_\w+$", name))
     if below:
         header, rest = raw.read_text().split("\n", 1)
         units = [written if stem in name else "" for name in header.split(",")]
@@ -718,10 +692,10 @@ def test_a_unit_of_no_known_size_is_a_guess_and_says_so(
 
 @pytest.mark.parametrize(("unit", "size"), [("kgf", 9.80665), ("daN", 10.0), ("lbf", 4.4482216)])
 def test_tensions_without_a_unit_are_weighed_by_physics(
-    synthetic: cdprcal.SyntheticLog, robot: cdprcal.Robot, tmp_path: Path, unit: str, size: float
+    log: Log, robot: Robot, tmp_path: Path, unit: str, size: float
 ) -> None:
     renamed = r"^tension_(\d)_N$", r"tension_\1"
-    raw = scaled(synthetic.log, tmp_path / "raw.csv", {"tension_": 1.0 / size}, renamed)
+    raw = scaled(log, tmp_path / "raw.csv", {"tension_": 1.0 / size}, renamed)
     tensions = proposed(raw, robot)["tensions"]
     assert (tensions.unit, tensions.sure) == (unit, "likely")
     # Without a robot nothing says it.
@@ -731,10 +705,10 @@ def test_tensions_without_a_unit_are_weighed_by_physics(
 
 
 def test_of_maps_that_agree_as_well_the_one_that_changes_least_is_proposed(
-    synthetic: cdprcal.SyntheticLog, robot: cdprcal.Robot, tmp_path: Path
+    log: Log, robot: Robot, tmp_path: Path
 ) -> None:
     """Millimetres under a header that says metres: the frame seen from behind agrees as well."""
-    raw = scaled(synthetic.log, tmp_path / "raw.csv", {"length_": 1e3})
+    raw = scaled(log, tmp_path / "raw.csv", {"length_": 1e3})
     lines = proposed(raw, robot)
     assert lines["lengths"].unit == "mm"
     assert lines["lengths"].columns == tuple(f"length_{i}_m" for i in range(1, 5))
@@ -750,18 +724,16 @@ def test_eight_cables_are_read_as_they_stand(cli: Cli, tmp_path: Path) -> None:
         assert set(line.sign) == {1}, line
 
 
-def test_columns_of_several_units_are_a_guess(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_columns_of_several_units_are_a_guess(log: Log, tmp_path: Path) -> None:
     renamed = r"^length_1_m$", "length_1_mm"
-    raw = scaled(synthetic.log, tmp_path / "raw.csv", {"length_1": 1e3}, renamed)
+    raw = scaled(log, tmp_path / "raw.csv", {"length_1": 1e3}, renamed)
     lengths = proposed(raw)["lengths"]
     assert lengths.sure == "guess"
     assert "in m and mm" in lengths.why
     assert "convert the columns to one unit" in lengths.why
 
 
-def with_times(log: cdprcal.Log, path: Path, names: str, written: list[str]) -> Path:
+def with_times(log: Log, path: Path, names: str, written: list[str]) -> Path:
     """A canonical log whose times are written otherwise, semicolons between its cells."""
     canonical(log, path, ("time_s", names))
     header, *rows = path.read_text().replace(",", ";").splitlines()
@@ -788,10 +760,8 @@ def with_times(log: cdprcal.Log, path: Path, names: str, written: list[str]) -> 
         "%I:%M:%S.%f %p",
     ],
 )
-def test_dates_and_times_of_day_pass_midnight(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path, form: str
-) -> None:
-    begin, log = datetime(2026, 3, 1, 23, 59, 30), synthetic.log
+def test_dates_and_times_of_day_pass_midnight(log: Log, tmp_path: Path, form: str) -> None:
+    begin = datetime(2026, 3, 1, 23, 59, 30)
     stamps = [begin + timedelta(seconds=time) for time in log.time_s.tolist()]
     written = [stamp.strftime(form) for stamp in stamps]
     proposal = propose_file(with_times(log, tmp_path / "raw.csv", "stamp", written))
@@ -802,10 +772,7 @@ def test_dates_and_times_of_day_pass_midnight(
 
 
 @pytest.mark.parametrize("first", [46000.54, 740000.5])
-def test_days_of_excel_and_matlab_are_times(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path, first: float
-) -> None:
-    log = synthetic.log
+def test_days_of_excel_and_matlab_are_times(log: Log, tmp_path: Path, first: float) -> None:
     written = [f"{first + time / 86400.0:.11f}" for time in log.time_s.tolist()]
     proposal = propose_file(with_times(log, tmp_path / "raw.csv", "Time", written))
     assert (proposal.time.unit, proposal.time.sure) == ("d", "likely")
@@ -814,10 +781,7 @@ def test_days_of_excel_and_matlab_are_times(
 
 
 @pytest.mark.parametrize("bits", [16, 32])
-def test_a_counter_that_overflows_begins_no_other_run(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path, bits: int
-) -> None:
-    log = synthetic.log
+def test_a_counter_that_overflows_begins_no_other_run(log: Log, tmp_path: Path, bits: int) -> None:
     since = (log.time_s - log.time_s[0]) * (1e3 if bits == 16 else 1e6)
     counts = (2**bits - 20_000 + np.round(since).astype(np.int64)) % 2**bits
     name = "time_ms" if bits == 16 else "time_us"
@@ -836,18 +800,16 @@ def test_a_clock_that_is_set_back_is_no_counter() -> None:
         np.testing.assert_array_equal(unwrapped(values), values)
 
 
-def test_rows_out_of_order_are_said_to_be(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
-    header, *rows = canonical(synthetic.log, tmp_path / "raw.csv").read_text().splitlines()
+def test_rows_out_of_order_are_said_to_be(log: Log, tmp_path: Path) -> None:
+    header, *rows = canonical(log, tmp_path / "raw.csv").read_text().splitlines()
     (tmp_path / "raw.csv").write_text("\n".join([header, *reversed(rows), ""]))
     proposal = propose_file(tmp_path / "raw.csv")
     assert proposal.time.sure == "guess"
     assert re.search(r"'time_s' goes back at \d+ of \d+ rows: sort the rows", proposal.time.why)
 
 
-def test_milliseconds_beside_a_time_of_day_are_a_part_of_it(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
-    begin, log = datetime(2026, 3, 1, 23, 59, 30), synthetic.log
+def test_milliseconds_beside_a_time_of_day_are_a_part_of_it(log: Log, tmp_path: Path) -> None:
+    begin = datetime(2026, 3, 1, 23, 59, 30)
     stamps = [begin + timedelta(seconds=time) for time in log.time_s.tolist()]
     written = [f"{stamp:%d.%m.%Y;%H:%M:%S};{stamp.microsecond // 1000}" for stamp in stamps]
     raw = with_times(log, tmp_path / "raw.csv", "Datum;Uhrzeit;ms", written)
@@ -867,9 +829,9 @@ PREAMBLES = {
 
 @pytest.mark.parametrize("form", PREAMBLES)
 def test_the_names_are_found_below_and_beyond_what_loggers_write(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path, form: str
+    log: Log, tmp_path: Path, form: str
 ) -> None:
-    raw = canonical(synthetic.log, tmp_path / "raw.csv")
+    raw = canonical(log, tmp_path / "raw.csv")
     header, *rows = raw.read_text().splitlines()
     half = len(rows) // 2 if "{more}" in PREAMBLES[form] else len(rows)
     raw.write_text(
@@ -882,8 +844,7 @@ def test_the_names_are_found_below_and_beyond_what_loggers_write(
     )
     proposal = propose_file(raw)
     assert {line.name for line in proposal.lines} >= {"lengths", "swivels", "tensions", "attitude"}
-    log = through_its_map(proposal).log
-    np.testing.assert_array_equal(log.length_m, synthetic.log.length_m)
+    np.testing.assert_array_equal(through_its_map(proposal).log.length_m, log.length_m)
 
 
 def test_points_that_part_thousands_are_refused_and_those_of_fractions_are_not(
@@ -926,9 +887,8 @@ def test_a_time_zone_that_changes_is_no_jump_and_a_clock_set_back_is_one(tmp_pat
     ],
 )
 def test_seconds_and_what_passed_since_are_one_time(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path, names: str, per_s: int
+    log: Log, tmp_path: Path, names: str, per_s: int
 ) -> None:
-    log = synthetic.log
     ticks = [1_772_366_400 * per_s + round(per_s * time) for time in log.time_s.tolist()]
     written = [f"{tick // per_s};{tick % per_s}" for tick in ticks]
     raw = with_times(log, tmp_path / "raw.csv", names, written)
@@ -938,10 +898,7 @@ def test_seconds_and_what_passed_since_are_one_time(
     np.testing.assert_allclose(found.time_s, log.time_s - log.time_s[0], atol=1e-5)
 
 
-def test_the_hours_that_excel_does_not_show_go_on(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
-    log = synthetic.log
+def test_the_hours_that_excel_does_not_show_go_on(log: Log, tmp_path: Path) -> None:
     since_s = [3570.0 + time for time in log.time_s.tolist()]
     written = [f"{int(s % 3600 // 60):02d}:{s % 60:04.1f}" for s in since_s]
     raw = with_times(log, tmp_path / "raw.csv", "Time", written)
@@ -951,10 +908,8 @@ def test_the_hours_that_excel_does_not_show_go_on(
     np.testing.assert_allclose(found.time_s, log.time_s - log.time_s[0], atol=0.051)
 
 
-def test_rows_before_all_sensors_began_are_rows(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
-    raw = canonical(synthetic.log, tmp_path / "raw.csv", ("time_s", "t [s]"))
+def test_rows_before_all_sensors_began_are_rows(log: Log, tmp_path: Path) -> None:
+    raw = canonical(log, tmp_path / "raw.csv", ("time_s", "t [s]"))
     header, *rows = (line.split(",") for line in raw.read_text().splitlines())
     late = [i for i, name in enumerate(header) if name.startswith(("length", "swivel", "tension"))]
     for row in rows[:5]:
@@ -969,9 +924,9 @@ def test_rows_before_all_sensors_began_are_rows(
 
 @pytest.mark.parametrize("first", ["wxyz", "xyzw"])
 def test_the_order_of_numbered_quaternions_is_found_by_physics(
-    synthetic: cdprcal.SyntheticLog, robot: cdprcal.Robot, tmp_path: Path, first: str
+    log: Log, robot: Robot, tmp_path: Path, first: str
 ) -> None:
-    raw = with_quaternions(synthetic.log, tmp_path / "raw.csv", first, 1.0)
+    raw = with_quaternions(log, tmp_path / "raw.csv", first, 1.0)
     proposal = propose_file(raw, robot)
     attitude = next(line for line in proposal.lines if line.name == "attitude")
     assert (attitude.unit, attitude.sure) == (f"quaternion_{first}", "likely")
@@ -979,7 +934,7 @@ def test_the_order_of_numbered_quaternions_is_found_by_physics(
     assert (attitude.unit, attitude.sure) == ("quaternion_wxyz", "guess")
 
 
-def with_quaternions(log: cdprcal.Log, path: Path, order: str, one: float, odd: int = 0) -> Path:
+def with_quaternions(log: Log, path: Path, order: str, one: float, odd: int = 0) -> Path:
     """Lengths and tensions beside q0 … q3, of norm ``one``; the last ``odd`` are of half of it."""
     parts = one * quaternions(log)[:, ["wxyz".index(axis) for axis in order]]
     parts[len(parts) - odd :] *= 0.5
@@ -990,9 +945,9 @@ def with_quaternions(log: cdprcal.Log, path: Path, order: str, one: float, odd: 
 
 
 def test_quaternions_of_another_norm_are_scaled_counted_or_refused(
-    synthetic: cdprcal.SyntheticLog, robot: cdprcal.Robot, tmp_path: Path
+    log: Log, robot: Robot, tmp_path: Path
 ) -> None:
-    log, raw, the_map = synthetic.log, tmp_path / "raw.csv", tmp_path / "map.yaml"
+    raw, the_map = tmp_path / "raw.csv", tmp_path / "map.yaml"
     the_map.write_text(
         "format: cdprcal-map-1\ntime: {column: time_s, unit: s}\nchannels:\n"
         "  attitude: {columns: [q0, q1, q2, q3], unit: quaternion_wxyz}\n"
@@ -1046,10 +1001,10 @@ def test_what_is_stamped_late_is_set_back(tmp_path: Path, every: int) -> None:
     assert log.length_m[:, 0] == pytest.approx(time_s)  # nothing else is late
 
 
-def test_a_latency_is_no_part_of_the_time(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
-    whole = np.arange(len(synthetic.log)).tolist()
+def test_a_latency_is_no_part_of_the_time(log: Log, tmp_path: Path) -> None:
+    whole = np.arange(len(log)).tolist()
     written = [f"{time};{time % 7}" for time in whole]
-    raw = with_times(synthetic.log, tmp_path / "raw.csv", "time_s;latency_ms", written)
+    raw = with_times(log, tmp_path / "raw.csv", "time_s;latency_ms", written)
     assert propose_file(raw).time.columns == ("time_s",)
 
 
@@ -1057,9 +1012,9 @@ def test_a_latency_is_no_part_of_the_time(synthetic: cdprcal.SyntheticLog, tmp_p
 @pytest.mark.parametrize("of", ["all", "header", "rows"])
 @pytest.mark.parametrize("units", [False, True])
 def test_separators_at_the_end_of_lines_make_no_column(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path, at_end: str, of: str, units: bool
+    log: Log, tmp_path: Path, at_end: str, of: str, units: bool
 ) -> None:
-    raw = canonical(synthetic.log, tmp_path / "raw.csv")
+    raw = canonical(log, tmp_path / "raw.csv")
     text = raw.read_text()
     if units:  # below the names, and none of the time
         names, _, below = text.partition("\n")
@@ -1075,10 +1030,8 @@ def test_separators_at_the_end_of_lines_make_no_column(
     assert proposal.unused() == []
 
 
-def test_files_of_other_kinds_are_no_reason_for_a_map(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
-    raw, packed = german_excel(synthetic.log, tmp_path), tmp_path / "raw.csv.gz"
+def test_files_of_other_kinds_are_no_reason_for_a_map(cli: Cli, log: Log, tmp_path: Path) -> None:
+    raw, packed = german_excel(log, tmp_path), tmp_path / "raw.csv.gz"
     packed.write_bytes(gzip.compress(raw.read_bytes()))
     assert "--propose map.yaml writes one" in cli("check", "irma4", packed).stderr
     assert cli("check", "irma4", packed, "--propose", tmp_path / "map.yaml").code == 0
@@ -1092,11 +1045,9 @@ def test_files_of_other_kinds_are_no_reason_for_a_map(
         assert "--propose map.yaml" not in ran.stderr
 
 
-def test_json_messages_of_mcap_are_topics(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_json_messages_of_mcap_are_topics(cli: Cli, log: Log, tmp_path: Path) -> None:
     writing = pytest.importorskip("mcap.writer")
-    log, raw, the_map = synthetic.log, tmp_path / "rig.mcap", tmp_path / "map.yaml"
+    raw, the_map = tmp_path / "rig.mcap", tmp_path / "map.yaml"
     begin = 1_772_366_400_000_000_000
     with raw.open("wb") as stream:
         writer = writing.Writer(stream)
@@ -1129,20 +1080,18 @@ def test_json_messages_of_mcap_are_topics(
         propose_file(raw)
 
 
-def test_a_log_as_mcap_is_proposed_whole(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_a_log_as_mcap_is_proposed_whole(cli: Cli, log: Log, tmp_path: Path) -> None:
     raw, the_map = tmp_path / "run.mcap", tmp_path / "map.yaml"
-    save_log(synthetic.log, raw)
+    save_log(log, raw)
     assert cli("check", "irma4", raw, "--propose", the_map).code == 0
     read = load_mapped(raw, the_map, None).log
-    np.testing.assert_array_equal(read.swivel_rad, synthetic.log.swivel_rad)
+    np.testing.assert_array_equal(read.swivel_rad, log.swivel_rad)
 
 
 def test_a_misspelt_topic_is_answered_by_those_there_are(
-    cli: Cli, robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+    cli: Cli, robot: Robot, log: Log, tmp_path: Path
 ) -> None:
-    raw, the_map = bag_of_joints(synthetic.log, tmp_path), tmp_path / "map.yaml"
+    raw, the_map = bag_of_joints(log, tmp_path), tmp_path / "map.yaml"
     assert cli("check", "irma4", raw, "--propose", the_map).code in (0, 1)
     text = the_map.read_text()
     for old, new, said in (
@@ -1167,10 +1116,10 @@ def test_a_misspelt_topic_is_answered_by_those_there_are(
 
 
 def test_a_session_names_its_robot_and_topics_that_are_there(
-    cli: Cli, robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+    cli: Cli, robot: Robot, log: Log, tmp_path: Path
 ) -> None:
     bag, out = tmp_path / "bag", tmp_path / "run.csv"
-    save_bag(synthetic.log, bag, robot.euler_convention)
+    save_bag(log, bag, robot.euler_convention)
     example = Path(__file__).resolve().parents[2] / "examples" / "canopen-simulated.yaml"
     session = tmp_path / "session.yaml"
     text = re.sub(r"(?ms)^ros2:.*?(?=^\S|\Z)", "", example.read_text())
@@ -1188,9 +1137,9 @@ def test_a_session_names_its_robot_and_topics_that_are_there(
 
 
 def test_what_needs_an_extra_names_it(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    log: Log, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    mat = simulink(synthetic.log, tmp_path)
+    mat = simulink(log, tmp_path)
     (tmp_path / "x.parquet").write_bytes(b"PAR1 and more")
     (tmp_path / "x.h5").write_bytes(b"\x89HDF\r\n\x1a\n")
     with zipfile.ZipFile(tmp_path / "x.xlsx", "w") as file:
@@ -1317,9 +1266,9 @@ def test_a_last_line_that_is_cut_off_is_left_out_and_said_so(text: str, tmp_path
 
 @pytest.mark.parametrize("at_end", ["77.1,1817.5,18", "\0" * 512, "77.1,1817.5,18\0\0\0"])
 def test_who_maps_a_log_is_told_of_its_cut_last_line(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path, at_end: str
+    cli: Cli, log: Log, tmp_path: Path, at_end: str
 ) -> None:
-    raw, the_map = SHAPES["kgf, unsaid"].make(synthetic.log, tmp_path), tmp_path / "map.yaml"
+    raw, the_map = SHAPES["kgf, unsaid"].make(log, tmp_path), tmp_path / "map.yaml"
     lines = len(raw.read_text().splitlines())
     raw.write_text(raw.read_text() + at_end)
     assert f"not used: line {lines + 1}, which is cut off" in (
@@ -1356,10 +1305,8 @@ def test_nul_bytes_in_the_middle_are_lost_data(text: str, rows: int, tmp_path: P
     assert read_raw(path).lost == "line 6 (and 1 more, the last 9)"
 
 
-def test_who_maps_a_log_is_told_of_nul_bytes(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
-    raw, the_map = SHAPES["kgf, unsaid"].make(synthetic.log, tmp_path), tmp_path / "map.yaml"
+def test_who_maps_a_log_is_told_of_nul_bytes(cli: Cli, log: Log, tmp_path: Path) -> None:
+    raw, the_map = SHAPES["kgf, unsaid"].make(log, tmp_path), tmp_path / "map.yaml"
     lines = raw.read_text().splitlines(keepends=True)
     lines[100] = lines[100][:20] + "\0" * 512 + lines[102][20:]
     raw.write_text("".join(lines))
@@ -1368,7 +1315,7 @@ def test_who_maps_a_log_is_told_of_nul_bytes(
     )
     ran = cli("import", raw, "-o", tmp_path / "run.csv", "--map", the_map)
     assert "NUL bytes in line 101: what was to be written there is lost" in ran.stderr
-    assert len(cdprcal.read_log(tmp_path / "run.csv")) == len(synthetic.log) - 1
+    assert len(cdprcal.read_log(tmp_path / "run.csv")) == len(log) - 1
 
 
 @pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be"])
@@ -1412,12 +1359,10 @@ def test_json_of_one_table_is_read(held: Any, indent: int | None, tmp_path: Path
     np.testing.assert_array_equal(raw.columns["length 1"].values, [1.0, np.nan, 3.0])
 
 
-def test_a_data_frame_in_json_ends_in_a_map(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_a_data_frame_in_json_ends_in_a_map(log: Log, tmp_path: Path) -> None:
     """Its index is the time; names of two levels are one; columns may be lists of lists."""
     pandas = pytest.importorskip("pandas")
-    log, path = synthetic.log, tmp_path / "frame.json"
+    path = tmp_path / "frame.json"
     stamps = pandas.Timestamp("2026-03-01 12:00") + pandas.to_timedelta(log.time_s, unit="s")
     names = pandas.MultiIndex.from_product([["length [mm]"], ["1", "2", "3", "4"]])
     frame = pandas.DataFrame(1e3 * log.length_m, index=stamps, columns=names)
@@ -1522,11 +1467,9 @@ def test_words_beside_readings_make_no_signals(
     assert list(read_raw(path).columns) == list(names)
 
 
-def test_arrays_of_other_rows_are_left_out_and_named(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_arrays_of_other_rows_are_left_out_and_named(cli: Cli, log: Log, tmp_path: Path) -> None:
     io = pytest.importorskip("scipy.io")
-    log, path = synthetic.log, tmp_path / "run.mat"
+    path = tmp_path / "run.mat"
     held = {"t": log.time_s, "L": log.length_m, "imu": {"rpy": np.zeros((1500, 3))}}
     geometry = {f"anchor_{i}": np.zeros(3) for i in range(20)}  # more vectors than readings
     io.savemat(path, {**{k: np.array(v) for k, v in held.items() if k != "imu"},
@@ -1537,13 +1480,11 @@ def test_arrays_of_other_rows_are_left_out_and_named(
     assert '# not used: "imu.rpy.1 (1500 rows)"' in proposal.text()
 
 
-def test_arrow_holds_more_kinds_than_numbers(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_arrow_holds_more_kinds_than_numbers(log: Log, tmp_path: Path) -> None:
     pa = pytest.importorskip("pyarrow")
     from pyarrow import parquet as pq
 
-    log, path = synthetic.log, tmp_path / "run.parquet"
+    path = tmp_path / "run.parquet"
     since = np.round(1e9 * np.asarray(log.time_s)).astype("timedelta64[ns]")
     stamps = np.datetime64("2026-03-01T12:00:00", "ns") + since
     lengths = np.asarray(log.length_m).tolist()
@@ -1590,17 +1531,15 @@ def test_a_clock_that_begins_again_begins_another_run(tmp_path: Path) -> None:
     assert [finding.code for finding in file.findings] == ["same_time"]
 
 
-def test_damaged_tables_of_arrow_are_refused(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
-    path = parquet(synthetic.log, tmp_path)
+def test_damaged_tables_of_arrow_are_refused(log: Log, tmp_path: Path) -> None:
+    path = parquet(log, tmp_path)
     path.write_bytes(path.read_bytes()[:2000])
     with pytest.raises(cdprcal.InputError, match="is no whole file of its kind"):
         read_raw(path)
 
 
-def test_a_cut_bag_is_refused(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
-    file = next(bag_of_arrays(synthetic.log, tmp_path).glob("*.mcap"))
+def test_a_cut_bag_is_refused(log: Log, tmp_path: Path) -> None:
+    file = next(bag_of_arrays(log, tmp_path).glob("*.mcap"))
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
     with pytest.raises(cdprcal.InputError, match="is no whole ROS 2 bag"):
         read_raw(file.parent)
@@ -1670,7 +1609,7 @@ def test_the_groups_and_units_are_those_of_the_library() -> None:
         assert sorted(order) == [0, 1, 2, 3]
 
 
-def scope_of(log: cdprcal.Log, separator: str, decimal: str) -> str:
+def scope_of(log: Log, separator: str, decimal: str) -> str:
     """As TwinCAT Scope exports a log of which the attitude is sampled half as often."""
     attitude = log.roll_pitch_yaw_rad[::2]
     signals = {
@@ -1700,9 +1639,9 @@ def scope_of(log: cdprcal.Log, separator: str, decimal: str) -> str:
 
 @pytest.mark.parametrize(("separator", "decimal"), [("\t", "."), (";", ","), (",", ".")])
 def test_an_export_of_twincat_scope_has_a_time_for_every_signal(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path, separator: str, decimal: str
+    log: Log, tmp_path: Path, separator: str, decimal: str
 ) -> None:
-    log, path = synthetic.log, tmp_path / "scope.csv"
+    path = tmp_path / "scope.csv"
     path.write_text(scope_of(log, separator, decimal), encoding="utf-16")
     raw = read_raw(path)
     assert list(raw.columns)[:2] == ["time [ms]", "MAIN.L[1]"]
@@ -1713,11 +1652,9 @@ def test_an_export_of_twincat_scope_has_a_time_for_every_signal(
     assert np.isnan(raw.columns["Yaw"].values[1::2]).all()
 
 
-def test_arrays_of_two_rates_stand_on_the_times_of_both(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_arrays_of_two_rates_stand_on_the_times_of_both(log: Log, tmp_path: Path) -> None:
     io = pytest.importorskip("scipy.io")
-    log, path = synthetic.log, tmp_path / "run.mat"
+    path = tmp_path / "run.mat"
     time_s = np.array(log.time_s)
     slow = np.arange(0, len(time_s), 3)
     held: dict[str, Any] = {

@@ -34,14 +34,14 @@ def write(path: Path, *topics: list[object]) -> Path:
     return path
 
 
-def test_a_log_reads_back_to_the_bit(synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
+def test_a_log_reads_back_to_the_bit(log: cdprcal.Log, tmp_path: Path) -> None:
     path = tmp_path / "log.mcap"
-    save_log(synthetic.log, path)
+    save_log(log, path)
     file = load_log(path)
     assert file.format == "mcap"
     assert file.findings == ()
     for name in ARRAYS:
-        np.testing.assert_array_equal(getattr(file.log, name), getattr(synthetic.log, name))
+        np.testing.assert_array_equal(getattr(file.log, name), getattr(log, name))
 
 
 def test_absent_readings_stay_absent(tmp_path: Path) -> None:
@@ -70,11 +70,9 @@ def test_channels_of_one_time_are_one_sample_in_time_order(tmp_path: Path) -> No
     np.testing.assert_array_equal(log.roll_pitch_yaw_rad, [[0.5, np.nan, np.nan], [np.nan] * 3])
 
 
-def test_a_cut_file_is_read_as_far_as_it_goes(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_a_cut_file_is_read_as_far_as_it_goes(log: cdprcal.Log, tmp_path: Path) -> None:
     whole = tmp_path / "log.mcap"
-    save_log(synthetic.log, whole)
+    save_log(log, whole)
     data = whole.read_bytes()
     path = tmp_path / "cut.mcap"
     for share in (0.3, 0.6, 0.9):
@@ -82,8 +80,8 @@ def test_a_cut_file_is_read_as_far_as_it_goes(
         file = load_log(path)
         assert [finding.code for finding in file.findings] == ["truncated"]
         count = len(file.log)
-        assert 0.5 * share < count / len(synthetic.log) <= 1
-        np.testing.assert_array_equal(file.log.length_m, synthetic.log.length_m[:count])
+        assert 0.5 * share < count / len(log) <= 1
+        np.testing.assert_array_equal(file.log.length_m, log.length_m[:count])
 
 
 @pytest.mark.parametrize(
@@ -103,11 +101,9 @@ def test_what_is_no_reading_is_refused(tmp_path: Path, messages: list[object], w
         load_log(write(tmp_path / "bad.mcap", messages))
 
 
-def test_random_damage_never_escapes_as_another_exception(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_random_damage_never_escapes_as_another_exception(log: cdprcal.Log, tmp_path: Path) -> None:
     path = tmp_path / "log.mcap"
-    save_log(synthetic.log, path)
+    save_log(log, path)
     data = bytearray(path.read_bytes())
     random = np.random.default_rng(3)
     for _ in range(40):
@@ -204,10 +200,10 @@ def test_a_wrong_message_is_counted_over_all_chunks(tmp_path: Path) -> None:
 
 
 def test_a_flipped_bit_is_noticed_and_what_was_before_it_is_kept(
-    synthetic: cdprcal.SyntheticLog, tmp_path: Path
+    log: cdprcal.Log, tmp_path: Path
 ) -> None:
     path = tmp_path / "log.mcap"
-    save_log(synthetic.log, path)
+    save_log(log, path)
     data = bytearray(path.read_bytes())
     data[len(data) // 2] ^= 0x10
     path.write_bytes(data)
@@ -215,5 +211,5 @@ def test_a_flipped_bit_is_noticed_and_what_was_before_it_is_kept(
     assert [finding.code for finding in file.findings] == ["truncated"]
     assert "is damaged" in file.findings[0].message
     count = len(file.log)
-    assert 0.2 < count / len(synthetic.log) < 0.6
-    np.testing.assert_array_equal(file.log.length_m, synthetic.log.length_m[:count])
+    assert 0.2 < count / len(log) < 0.6
+    np.testing.assert_array_equal(file.log.length_m, log.length_m[:count])

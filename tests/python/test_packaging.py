@@ -1,7 +1,8 @@
-"""What is published: the sdist, the citation; and the checks of style and types."""
+"""What is published: the sdist, the citation, the type stubs; and the checks of style and types."""
 
 from __future__ import annotations
 
+import ast
 import os
 import shutil
 import subprocess
@@ -9,9 +10,14 @@ import sys
 import tarfile
 import tomllib
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from ruamel.yaml import YAML
+
+import cdprcal
+from cdprcal import _core
+from scripts import executed, load_script
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -88,12 +94,10 @@ def test_sdist_holds_what_builds_and_tests_it_and_nothing_stray(sdist: dict[str,
 def test_sdist_holds_every_tracked_file(sdist: dict[str, int]) -> None:
     if not (ROOT / ".git").exists() or shutil.which("git") is None:
         pytest.skip("no git checkout: nothing says which files are tracked")
-    listed = subprocess.run(
+    listed = executed(
         ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
         cwd=ROOT,
         check=True,
-        capture_output=True,
-        text=True,
     ).stdout
     wanted = {name for name in listed.split("\0") if name and (ROOT / name).exists()}
     assert set(sdist) - {"PKG-INFO"} == wanted - LEFT_OUT
@@ -128,9 +132,7 @@ def test_lint_fails_when_one_of_its_tools_complains(tmp_path: Path, complains: s
         )
         tool.chmod(0o755)
     environment = {**os.environ, "CDPRCAL_TOOLS": str(tmp_path)}
-    done = subprocess.run(
-        [ROOT / "tools" / "lint"], capture_output=True, text=True, check=False, env=environment
-    )
+    done = executed([ROOT / "tools" / "lint"], env=environment)
     assert done.returncode == (0 if complains is None else 1), done.stderr
     assert complains is None or f"failed: {complains}" in done.stderr
     calls = (tmp_path / "calls").read_text().splitlines()
@@ -151,9 +153,9 @@ def test_lint_fails_when_one_of_its_tools_complains(tmp_path: Path, complains: s
 
 @pytest.mark.parametrize("name", ["setup", "tools/lint", "tools/wheel"])
 def test_scripts_say_how_they_are_used(name: str) -> None:
-    asked = subprocess.run([ROOT / name, "--help"], capture_output=True, text=True, check=True)
+    asked = executed([ROOT / name, "--help"], check=True)
     assert asked.stdout.startswith(f"usage: {name if '/' in name else './' + name}")
-    wrong = subprocess.run([ROOT / name, "--no-such"], capture_output=True, text=True, check=False)
+    wrong = executed([ROOT / name, "--no-such"])
     assert wrong.returncode == 2
     assert "usage:" in wrong.stderr
 
@@ -169,8 +171,52 @@ def test_the_wheel_is_told_for_which_python_before_anything_is_built(tmp_path: P
         (("--nonsense",), "usage:"),
         (("one.whl", "two.whl"), "usage:"),
     ):
-        ran = subprocess.run(
-            [ROOT / "tools" / "wheel", *arguments], capture_output=True, text=True, check=False
-        )
+        ran = executed([ROOT / "tools" / "wheel", *arguments])
         assert ran.returncode == 2, arguments
         assert words in ran.stderr
+
+
+@pytest.fixture(scope="module")
+def generator() -> ModuleType:
+    pytest.importorskip("pybind11_stubgen")
+    return load_script(ROOT / "bindings" / "stubs.py")
+
+
+def test_stubs_are_those_of_the_module(generator: ModuleType) -> None:
+    checked_in = (ROOT / "python" / "cdprcal" / "_core.pyi").read_text(encoding="utf-8")
+    made = generator.make_stubs()
+    assert ast.unparse(ast.parse(checked_in)) == ast.unparse(ast.parse(made)), (
+        "run: python bindings/stubs.py python/cdprcal/_core.pyi && ruff format python"
+    )
+
+
+def test_stubs_are_installed_beside_the_module() -> None:
+    folder = Path(str(cdprcal.__file__)).parent
+    assert (folder / "_core.pyi").is_file()
+    assert (folder / "py.typed").is_file()
+
+
+def test_everything_public_has_a_docstring() -> None:
+    bare = [name for name in dir(_core) if name[0] != "_" and not getattr(_core, name).__doc__]
+    assert bare == []
+    # pybind11 starts a docstring with the signature; what follows must say something.
+    functions = [name for name in dir(_core) if name[0] != "_" and name[0].islower()]
+    silent = [
+        name
+        for name in functions
+        if callable(getattr(_core, name)) and len(getattr(_core, name).__doc__.split("\n\n")) < 2
+    ]
+    assert silent == []
+
+
+def test_core_names_are_available_from_the_package() -> None:
+    for name in _core.__dict__:
+        if not name.startswith("_"):
+            assert name in dir(cdprcal)
+            given = getattr(cdprcal, name)
+            if name in cdprcal._CALLS:  # take paths and words, too
+                assert given.__module__ == "cdprcal.calls"
+            else:
+                assert getattr(given, "__wrapped__", given) is getattr(_core, name)
+    with pytest.raises(AttributeError, match="nonsense"):
+        cdprcal.nonsense  # noqa: B018

@@ -380,7 +380,8 @@ def test_wrong_use_is_refused(cli: Cli, tmp_path: Path, case: str) -> None:
 @pytest.mark.parametrize("count", [1, 2])
 def test_other_numbers_of_cables_are_refused(cli: Cli, tmp_path: Path, count: int) -> None:
     path = robot_file(polygon_robot(count), tmp_path)
-    assert_refused(cli("plan", path), "needs 3 cables or more", f"not {count}")
+    for command in ("plan", "workspace"):
+        assert_refused(cli(command, path), "needs 3 cables or more", f"not {count}")
 
 
 def test_limits_that_hold_nothing_are_refused(

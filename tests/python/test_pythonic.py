@@ -25,23 +25,24 @@ import numpy as np
 import pytest
 
 import cdprcal
-from cdprcal import _core, calls
+from cdprcal import Log, Robot, _core, calls
 from cdprcal.copying import PLAIN, fields_of
 from conftest import changed
 from raw_files import german_excel
+from scripts import executed
 
 
 def test_paths_and_words_do_what_objects_and_enums_do(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, log_path: Path
+    robot: Robot, log: Log, log_path: Path
 ) -> None:
     options = cdprcal.CalibrateOptions(
         method=cdprcal.Method.statics, noise=cdprcal.NoiseSource.specified
     )
-    plain = cdprcal.calibrate(robot, synthetic.log, options)
+    plain = cdprcal.calibrate(robot, log, options)
     for found in (
         cdprcal.calibrate("irma4", log_path, method="static", noise="specified"),
         cdprcal.calibrate("irma4", str(log_path), options),
-        cdprcal.calibrate(robot, synthetic.log, method=cdprcal.Method.statics, noise="specified"),
+        cdprcal.calibrate(robot, log, method=cdprcal.Method.statics, noise="specified"),
         cdprcal.calibrate("irma4", log_path, cdprcal.CalibrateOptions(
             method=cdprcal.Method.kinematic), method="static", noise="specified"),
     ):  # fmt: skip
@@ -57,39 +58,31 @@ def test_paths_and_words_do_what_objects_and_enums_do(
         cdprcal.calibrate("irma4", 3)
 
 
-def test_files_are_named_by_paths_too(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
-    cdprcal.write_log(synthetic.log, tmp_path / "a.csv")
-    np.testing.assert_array_equal(
-        cdprcal.read_log(tmp_path / "a.csv").length_m, synthetic.log.length_m
-    )
+def test_files_are_named_by_paths_too(robot: Robot, log: Log, tmp_path: Path) -> None:
+    cdprcal.write_log(log, tmp_path / "a.csv")
+    np.testing.assert_array_equal(cdprcal.read_log(tmp_path / "a.csv").length_m, log.length_m)
     plan = cdprcal.make_plan(robot, grid=[2, 1, 1]).plan
     cdprcal.write_plan(plan, tmp_path / "plan.csv")
     assert cdprcal.read_plan(tmp_path / "plan.csv").measured_count == plan.measured_count
 
 
-def test_what_is_masked_is_not_read(synthetic: cdprcal.SyntheticLog) -> None:
-    mask = np.zeros(synthetic.log.length_m.shape, dtype=bool)
+def test_what_is_masked_is_not_read(log: Log) -> None:
+    mask = np.zeros(log.length_m.shape, dtype=bool)
     mask[3:5, 1] = True
-    masked = np.ma.masked_array(synthetic.log.length_m, mask)
+    length_m = np.ma.masked_array(log.length_m, mask)
     whole = np.ma.masked_array(np.full(mask.shape, 9999), mask)  # integers have no NaN
-    log = cdprcal.Log(
-        time_s=synthetic.log.time_s, length_m=masked, swivel_rad=whole, direct_length_m=masked
-    )
-    for values in (log.length_m, log.swivel_rad, log.direct_length_m):
+    read = Log(time_s=log.time_s, length_m=length_m, swivel_rad=whole, direct_length_m=length_m)
+    for values in (read.length_m, read.swivel_rad, read.direct_length_m):
         np.testing.assert_array_equal(np.isnan(values), mask)
-    np.testing.assert_array_equal(log.length_m[~mask], synthetic.log.length_m[~mask])
+    np.testing.assert_array_equal(read.length_m[~mask], log.length_m[~mask])
 
 
 @pytest.mark.parametrize("kind", ["datetime64[ms]", "timedelta64[us]"])
-def test_dates_are_no_seconds(synthetic: cdprcal.SyntheticLog, kind: str) -> None:
-    time = np.arange(synthetic.log.time_s.size).astype(kind)
+def test_dates_are_no_seconds(log: Log, kind: str) -> None:
+    time = np.arange(log.time_s.size).astype(kind)
     with pytest.raises(cdprcal.InputError, match=r"counts no seconds: give numbers"):
-        cdprcal.Log(time_s=time, length_m=synthetic.log.length_m)
-    log = cdprcal.Log(
-        time_s=(time - time[0]) / np.timedelta64(1, "s"), length_m=synthetic.log.length_m
-    )
+        Log(time_s=time, length_m=log.length_m)
+    log = Log(time_s=(time - time[0]) / np.timedelta64(1, "s"), length_m=log.length_m)
     assert log.time_s[1] == (1e-3 if "ms" in kind else 1e-6)
 
 
@@ -97,7 +90,7 @@ def test_the_module_says_its_version() -> None:
     assert cdprcal.__version__ == version("cdprcal")
 
 
-def test_a_start_up_is_simulated_with_words(robot: cdprcal.Robot, tmp_path: Path) -> None:
+def test_a_start_up_is_simulated_with_words(robot: Robot, tmp_path: Path) -> None:
     plan = cdprcal.make_plan(robot, grid=[2, 1, 1]).plan
     cdprcal.write_plan(plan, str(tmp_path / "plan.csv"))
     stops_N = [plan.start_tension_N, *(stop.tension_N for stop in plan.poses)]
@@ -121,7 +114,7 @@ def test_a_start_up_is_simulated_with_words(robot: cdprcal.Robot, tmp_path: Path
         cdprcal.simulate_startup(robot, plan, effects=["nonsense=1"])
 
 
-def test_a_simulated_start_up_hears_ctrl_c(robot: cdprcal.Robot) -> None:
+def test_a_simulated_start_up_hears_ctrl_c(robot: Robot) -> None:
     plan = cdprcal.make_plan(robot, grid=[2, 2, 2]).plan
     options = cdprcal.SimulatorOptions(step_s=1e-5)  # it takes half a minute
     timer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
@@ -138,29 +131,25 @@ def test_a_simulated_start_up_hears_ctrl_c(robot: cdprcal.Robot) -> None:
 
 
 def test_one_log_several_logs_and_files_of_any_kind(
-    synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path
+    log: Log, log_path: Path, tmp_path: Path
 ) -> None:
     from cdprcal.mapping import propose_file
 
-    raw, the_map = german_excel(synthetic.log, tmp_path), tmp_path / "map.yaml"
+    raw, the_map = german_excel(log, tmp_path), tmp_path / "map.yaml"
     the_map.write_text(propose_file(raw).text())
-    for logs, map_ in ((log_path, ""), ([log_path], ""), (synthetic.log, ""), (raw, the_map)):
+    for logs, map_ in ((log_path, ""), ([log_path], ""), (log, ""), (raw, the_map)):
         assert cdprcal.diagnose("irma4", logs, map=map_).verdict == cdprcal.Verdict.consistent
     assert cdprcal.calibrate("irma4", raw, map=the_map).result.poses
 
 
-def test_results_show_what_there_is_to_know(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
-) -> None:
-    found = cdprcal.calibrate(robot, synthetic.log)
+def test_results_show_what_there_is_to_know(robot: Robot, log: Log) -> None:
+    found = cdprcal.calibrate(robot, log)
     assert repr(found).startswith("<Calibration converged: x ")
     assert " mm; roll " in repr(found)
-    assert repr(cdprcal.diagnose(robot, synthetic.log)) == (
-        "<Diagnosis consistent: no effect found>"
-    )
+    assert repr(cdprcal.diagnose(robot, log)) == ("<Diagnosis consistent: no effect found>")
     planned = cdprcal.make_plan(robot)
     assert repr(planned).startswith("<PlanResult 8 measured poses, 2 min ")
-    few = cdprcal.calibrate(robot, synthetic.log, method="kinematic", at_s=[2.0])
+    few = cdprcal.calibrate(robot, log, method="kinematic", at_s=[2.0])
     assert repr(few).startswith("<Calibration unobservable: ")
 
 
@@ -197,7 +186,7 @@ def test_members_of_enums_are_words() -> None:
         cdprcal.Method("fast")
 
 
-def test_enums_of_the_core_are_exact(robot: cdprcal.Robot) -> None:
+def test_enums_of_the_core_are_exact(robot: Robot) -> None:
     """A word alone, or a member of another enum, is not taken for a member."""
     assert robot.euler_convention is cdprcal.EulerConvention.XYZ
     options = cdprcal.CalibrateOptions(method=cdprcal.Method.kinematic)
@@ -207,9 +196,7 @@ def test_enums_of_the_core_are_exact(robot: cdprcal.Robot) -> None:
             options.method = wrong  # type: ignore[assignment]
 
 
-def test_logs_plans_and_results_pickle(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
-) -> None:
+def test_logs_plans_and_results_pickle(robot: Robot, synthetic: cdprcal.SyntheticLog) -> None:
     bare = changed(synthetic.log, swivel_rad=None)
     for log in (synthetic.log, bare):
         again = pickle.loads(pickle.dumps(log))
@@ -232,7 +219,7 @@ def test_logs_plans_and_results_pickle(
 
 
 @pytest.mark.parametrize("protocol", range(pickle.HIGHEST_PROTOCOL + 1))
-def test_every_protocol_of_pickle(robot: cdprcal.Robot, protocol: int) -> None:
+def test_every_protocol_of_pickle(robot: Robot, protocol: int) -> None:
     pose = cdprcal.Pose.from_euler([0.1, 0.2, 0.3], [0.1, -0.2, 0.3])
     again = pickle.loads(pickle.dumps((robot, pose, robot.sigma), protocol))
     assert cdprcal.to_yaml(again[0]) == cdprcal.to_yaml(robot)
@@ -243,9 +230,7 @@ def test_every_protocol_of_pickle(robot: cdprcal.Robot, protocol: int) -> None:
         pickle.dumps(cdprcal.RandomNormal(1), protocol)
 
 
-def test_options_are_copied_pickled_and_solved_with_again(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
-) -> None:
+def test_options_are_copied_pickled_and_solved_with_again(robot: Robot, log: Log) -> None:
     options = cdprcal.CalibrateOptions(
         method=cdprcal.Method.statics,
         noise=cdprcal.NoiseSource.specified,
@@ -259,19 +244,17 @@ def test_options_are_copied_pickled_and_solved_with_again(
         assert (again.at_s, again.most_starts) == (options.at_s, 3)
         assert (again.detection.window_s, again.solve.max_iterations) == (1.5, 77)
         assert not again.allow_for_effects
-    found = cdprcal.calibrate(robot, synthetic.log, options)
+    found = cdprcal.calibrate(robot, log, options)
     assert found.static_poses == 4
     solved = pickle.loads(pickle.dumps(found))
     assert solved.static_poses == 4
     assert solved.result.least_observed == found.result.least_observed
-    usual = cdprcal.calibrate(robot, synthetic.log, method="static").result
+    usual = cdprcal.calibrate(robot, log, method="static").result
     assert usual.least_observed != found.result.least_observed, "this tests nothing"
 
 
-def test_a_diagnosis_keeps_its_options(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
-) -> None:
-    off = changed(synthetic.log, tension_N=np.array(synthetic.log.tension_N) + 5.0)
+def test_a_diagnosis_keeps_its_options(robot: Robot, log: Log) -> None:
+    off = changed(log, tension_N=np.array(log.tension_N) + 5.0)
     options = cdprcal.DiagnoseOptions(most_effects=0, draws=99, seed=5)
     assert cdprcal.diagnose(robot, off).effects
     again = pickle.loads(pickle.dumps(cdprcal.diagnose(robot, off, options)))
@@ -280,17 +263,14 @@ def test_a_diagnosis_keeps_its_options(
     assert (copied.draws, copied.seed, copied.effects) == (99, 5, None)
 
 
-def test_frames_hold_what_the_objects_hold(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
-) -> None:
+def test_frames_hold_what_the_objects_hold(robot: Robot, log: Log) -> None:
     pandas = pytest.importorskip("pandas")
-    log = synthetic.log
     frame = log.to_pandas()
     assert list(frame.columns[:3]) == ["time_s", "length_1_m", "length_2_m"]
     assert len(frame) == len(log)
-    back = cdprcal.Log.from_dataframe(frame)
+    back = Log.from_dataframe(frame)
     assert cdprcal.format_log(back) == cdprcal.format_log(log)
-    indexed = cdprcal.Log.from_dataframe(frame.set_index("time_s"), source="mine")
+    indexed = Log.from_dataframe(frame.set_index("time_s"), source="mine")
     assert (indexed.source, len(indexed)) == ("mine", len(log))
     found = cdprcal.calibrate(robot, frame)
     poses = found.to_pandas()
@@ -306,9 +286,9 @@ def test_frames_hold_what_the_objects_hold(
     np.testing.assert_allclose(effects.value, [6.0, -5.0, 4.0, -8.0], atol=0.5)
     assert len(cdprcal.make_plan(robot).plan.to_pandas()) == 8
     with pytest.raises(cdprcal.InputError, match="has length_1_m but no length_2_m"):
-        cdprcal.Log.from_dataframe(frame.drop(columns="length_2_m"))
+        Log.from_dataframe(frame.drop(columns="length_2_m"))
     with pytest.raises(cdprcal.InputError, match="no column of a log but a; name them"):
-        cdprcal.Log.from_dataframe(pandas.DataFrame({"a": [1.0, 2.0]}))
+        Log.from_dataframe(pandas.DataFrame({"a": [1.0, 2.0]}))
 
 
 @pytest.mark.parametrize(
@@ -321,49 +301,43 @@ def test_frames_hold_what_the_objects_hold(
         ("swivel_2_rad", "swivel_2"),
     ],
 )
-def test_a_misspelt_column_is_not_left_out(
-    synthetic: cdprcal.SyntheticLog, right: str, wrong: str
-) -> None:
-    frame = synthetic.log.to_pandas()
+def test_a_misspelt_column_is_not_left_out(log: Log, right: str, wrong: str) -> None:
+    frame = log.to_pandas()
     for columns in (frame.rename(columns={right: wrong}), frame.assign(**{wrong: 0.0})):
         with pytest.raises(cdprcal.InputError, match=f"column '{wrong}' is none of a log"):
-            cdprcal.Log.from_dataframe(columns)
+            Log.from_dataframe(columns)
     beside = frame.assign(comment="fine", temperature_C=20.0, rolling=0.0)
-    assert len(cdprcal.Log.from_dataframe(beside)) == len(frame)
+    assert len(Log.from_dataframe(beside)) == len(frame)
 
 
-def test_text_in_a_frame_is_named_by_its_column(synthetic: cdprcal.SyntheticLog) -> None:
-    frame = synthetic.log.to_pandas()
+def test_text_in_a_frame_is_named_by_its_column(log: Log) -> None:
+    frame = log.to_pandas()
     for name, words in (("length_3_m", "column length_3_m"), ("time_s", "time_s")):
         with pytest.raises(cdprcal.InputError, match=f"data frame: {words}: holds what is no numb"):
-            cdprcal.Log.from_dataframe(frame.astype({name: object}).assign(**{name: "far"}))
+            Log.from_dataframe(frame.astype({name: object}).assign(**{name: "far"}))
 
 
 @pytest.mark.parametrize("unit", ["ns", "us", "ms"])
-def test_times_of_a_frame_may_be_dates_and_durations(
-    synthetic: cdprcal.SyntheticLog, unit: str
-) -> None:
+def test_times_of_a_frame_may_be_dates_and_durations(log: Log, unit: str) -> None:
     pandas = pytest.importorskip("pandas")
-    frame = synthetic.log.to_pandas()
+    frame = log.to_pandas()
     time_s, rest = frame.time_s, frame.drop(columns="time_s")
     durations = pandas.TimedeltaIndex(pandas.to_timedelta(time_s, unit="s")).as_unit(unit)
     dates = pandas.Timestamp("2026-03-01") + durations
     for times in (durations, dates, dates.tz_localize("Europe/Zurich")):
         for given in (rest.set_index(times), rest.assign(time_s=times)):
-            log = cdprcal.Log.from_dataframe(given)
+            log = Log.from_dataframe(given)
             np.testing.assert_allclose(log.time_s, time_s - time_s[0], atol=1e-9)
     absent = frame.convert_dtypes().astype({"tension_1_N": "Float64"})
     absent.loc[3, "tension_1_N"] = pandas.NA
-    assert np.isnan(cdprcal.Log.from_dataframe(absent).tension_N[3, 0])
+    assert np.isnan(Log.from_dataframe(absent).tension_N[3, 0])
 
 
-def test_without_pandas_it_is_named(
-    synthetic: cdprcal.SyntheticLog, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_pandas_it_is_named(log: Log, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(cdprcal.InputError, match=r"pip install 'cdprcal\[pandas\]'"):
-        synthetic.log.to_pandas()
-    assert synthetic.log._repr_html_().startswith("<p>Log(source=")
+        log.to_pandas()
+    assert log._repr_html_().startswith("<p>Log(source=")
 
 
 SEEN = """
@@ -374,7 +348,7 @@ print(copy.copy(options).at_s, pickle.loads(pickle.dumps(options)).at_s)
 
 
 def test_options_pickle_before_anything_else_is_used() -> None:
-    ran = subprocess.run([sys.executable, "-c", SEEN], capture_output=True, text=True, check=True)
+    ran = executed([sys.executable, "-c", SEEN], check=True)
     assert ran.stdout == "[1.0] [1.0]\n"
 
 
@@ -387,7 +361,7 @@ def different(value: Any) -> Any:
     return value
 
 
-def plain_values(robot: cdprcal.Robot) -> dict[type, Any]:
+def plain_values(robot: Robot) -> dict[type, Any]:
     """One of every class that is copied as what it is made from, where it needs arguments."""
     pose = cdprcal.Pose([0.1, 0.2, 0.3], np.eye(3))
     return {
@@ -413,7 +387,7 @@ def plain_values(robot: cdprcal.Robot) -> dict[type, Any]:
 
 
 @pytest.mark.parametrize("kind", PLAIN, ids=lambda kind: kind.__name__)
-def test_plain_values_keep_every_field(robot: cdprcal.Robot, kind: type) -> None:
+def test_plain_values_keep_every_field(robot: Robot, kind: type) -> None:
     made = plain_values(robot).get(kind) or kind()
     taken, settable = fields_of(kind)
     for name in settable:
@@ -442,7 +416,7 @@ def test_options_within_options_keep_theirs() -> None:
     assert [effect.name for effect in again.effects] == ["mass"]
 
 
-def test_a_simulation_leaves_its_options_alone(robot: cdprcal.Robot) -> None:
+def test_a_simulation_leaves_its_options_alone(robot: Robot) -> None:
     options = cdprcal.SimulatorOptions()
     plan = cdprcal.StartUpPlan(cdprcal.default_setpoints(robot, 1, 1, 2))
     for effects in ("mass=0.5", cdprcal.InjectedEffect("mass", [0.5]), ["mass=0.5"]):
@@ -452,24 +426,20 @@ def test_a_simulation_leaves_its_options_alone(robot: cdprcal.Robot) -> None:
     assert (options.seed, options.effects) == (cdprcal.SimulatorOptions().seed, [])
 
 
-def test_a_track_wants_the_robot_that_was_calibrated(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
-) -> None:
-    found = cdprcal.calibrate(robot, synthetic.log)
-    assert len(cdprcal.track("irma4", synthetic.log, found)) == len(synthetic.log)
+def test_a_track_wants_the_robot_that_was_calibrated(robot: Robot, log: Log) -> None:
+    found = cdprcal.calibrate(robot, log)
+    assert len(cdprcal.track("irma4", log, found)) == len(log)
     with pytest.raises(cdprcal.InputError, match="give the robot that was calibrated"):
-        cdprcal.track("ring3", synthetic.log, found)
+        cdprcal.track("ring3", log, found)
 
 
-def test_pictures_go_into_the_axes_given(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
-) -> None:
+def test_pictures_go_into_the_axes_given(robot: Robot, log: Log) -> None:
     from matplotlib.figure import Figure
 
-    off = changed(synthetic.log, tension_N=np.array(synthetic.log.tension_N) + 5.0)
+    off = changed(log, tension_N=np.array(log.tension_N) + 5.0)
     for result in (
-        synthetic.log,
-        cdprcal.calibrate(robot, synthetic.log),
+        log,
+        cdprcal.calibrate(robot, log),
         cdprcal.diagnose(robot, off),
         cdprcal.make_plan(robot).plan,
     ):
@@ -551,7 +521,7 @@ def test_every_function_has_an_example() -> None:
     assert functions - called == set(), "show them in docs/api/examples.md"
 
 
-def out_of_reach(robot: cdprcal.Robot, log: cdprcal.Log) -> dict[str, Any]:
+def out_of_reach(robot: Robot, log: Log) -> dict[str, Any]:
     """Calls with numbers that are not there, by what the message has to say."""
     rest = cdprcal.PoseKind.static_pose
     point = cdprcal.SetPoint(cdprcal.Pose(), np.full(3, 100.0))
@@ -559,7 +529,7 @@ def out_of_reach(robot: cdprcal.Robot, log: cdprcal.Log) -> dict[str, Any]:
     simulator = cdprcal.Simulator(robot)
     last_but_one = cdprcal.CalibrateOptions(segment=-2)
     beyond, rests = cdprcal.SampleRange(0, 10**9), cdprcal.detect_equilibria(log)
-    short = cdprcal.Log(time_s=log.time_s[:5], length_m=log.length_m[:5])
+    short = Log(time_s=log.time_s[:5], length_m=log.length_m[:5])
     return {
         "cable_count: 9": lambda: cdprcal.random_offsets(9, cdprcal.RandomNormal(1)),
         "cable_count: -1": lambda: cdprcal.random_offsets(-1, cdprcal.RandomNormal(1)),
@@ -594,11 +564,9 @@ def out_of_reach(robot: cdprcal.Robot, log: cdprcal.Log) -> dict[str, Any]:
     }
 
 
-def test_numbers_that_are_not_there_are_refused(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog
-) -> None:
+def test_numbers_that_are_not_there_are_refused(robot: Robot, log: Log) -> None:
     """Some of them ended the interpreter, or read what stands beside an array."""
-    for message, call in out_of_reach(robot, synthetic.log).items():
+    for message, call in out_of_reach(robot, log).items():
         with pytest.raises(cdprcal.InputError, match=re.escape(message)):
             call()
 
@@ -627,9 +595,7 @@ def test_a_users_script_passes_strict_mypy(tmp_path: Path) -> None:
     env = dict(os.environ) if root.name == "site-packages" else os.environ | {"MYPYPATH": str(root)}
 
     def run() -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            command, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=300, check=False
-        )
+        return executed(command, cwd=tmp_path, env=env, timeout=300)
 
     assert (ran := run()).returncode == 0, ran.stdout
     script.write_text(SCRIPT.replace("method=", "methods="))

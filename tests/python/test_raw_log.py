@@ -22,9 +22,8 @@ def load(tmp_path: Path, data: str | bytes) -> LogFile:
 
 
 @pytest.fixture(scope="module")
-def short(synthetic: cdprcal.SyntheticLog) -> cdprcal.Log:
+def short(log: cdprcal.Log) -> cdprcal.Log:
     """The first fifty samples of the synthetic run."""
-    log = synthetic.log
     names = (*GROUPS, "roll_pitch_yaw_rad")
     return cdprcal.Log(**{name: getattr(log, name)[:50] for name in names})
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import cdprcal
 from browser import PHONE, Tab, browser_tab, chromium
@@ -34,10 +35,10 @@ BIAS_N = np.array([6.0, -5.0, 4.0, -8.0])
 
 
 @pytest.fixture(scope="module")
-def biased(synthetic: cdprcal.SyntheticLog, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def biased(log: cdprcal.Log, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run whose load cells read too much or too little."""
     path = tmp_path_factory.mktemp("biased") / "biased.csv"
-    log = changed(synthetic.log, tension_N=synthetic.log.tension_N + BIAS_N)
+    log = changed(log, tension_N=log.tension_N + BIAS_N)
     cdprcal.write_log(log, str(path))
     return path
 
@@ -166,19 +167,21 @@ def test_a_browser_without_network_draws_it_all(page: Path, browse: Callable[...
     assert 'data-report="drawn"' in seen.dom
     assert seen.dom.count('data-drawn="true"') == 5
     # The picture for paper of the 3D view: it has the colours of all four cables.
+    cables_shown(r'id="scene-0".*?<img class="print"[^>]*src=', seen.dom, 200)
+    assert "poses at rest" in seen.dom
+
+
+def cables_shown(before: str, page: str, least: int) -> NDArray[np.float64]:
+    """The picture in a page behind this pattern; holds that it has the colours of four cables."""
     from matplotlib.image import imread
 
-    match = re.search(
-        r'id="scene-0".*?<img class="print"[^>]*src="data:image/png;base64,([^"]+)"', seen.dom, re.S
-    )
+    match = re.search(before + '"data:image/png;base64,([^"]+)"', page, re.S)
     assert match is not None
-    pixels = imread(io.BytesIO(base64.b64decode(match[1])))[..., :3]
-
+    pixels: NDArray[np.float64] = imread(io.BytesIO(base64.b64decode(match[1])))[..., :3]
     for colour in CABLES[:4]:
         wanted = np.array([int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)])
-        near = np.abs(pixels - wanted).max(axis=-1) < 0.12
-        assert near.sum() > 200, colour
-    assert "poses at rest" in seen.dom
+        assert (np.abs(pixels - wanted).max(axis=-1) < 0.12).sum() > least, colour
+    return pixels
 
 
 DRAWN = "document.documentElement.dataset.report === 'drawn'"
@@ -268,14 +271,7 @@ def test_without_webgl_there_is_a_still_picture(page: Path) -> None:
 
 
 def test_the_still_picture_shows_the_cables_and_the_workspace(page: Path) -> None:
-    from matplotlib.image import imread
-
-    match = re.search(r'class="still" src="data:image/png;base64,([^"]+)"', page.read_text())
-    assert match is not None
-    pixels = imread(io.BytesIO(base64.b64decode(match[1])))[..., :3]
-    for colour in CABLES[:4]:
-        wanted = np.array([int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)])
-        assert (np.abs(pixels - wanted).max(axis=-1) < 0.12).sum() > 100, colour
+    pixels = cables_shown('class="still" src=', page.read_text(), 100)
     grey = (np.ptp(pixels, axis=-1) < 0.06) & (pixels.mean(axis=-1) > 0.75)
     assert (grey & (pixels.mean(axis=-1) < 0.97)).sum() > 20_000
 
@@ -335,10 +331,10 @@ def test_results_make_the_same_page_as_their_logs(
 
 
 def test_a_pose_that_cannot_be_trusted_is_said_at_the_top(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
+    cli: Cli, log: cdprcal.Log, tmp_path: Path
 ) -> None:
     gone = ("tension_N", "swivel_rad", "tension_setpoint_N", "roll_pitch_yaw_rad")
-    log = changed(synthetic.log, **dict.fromkeys(gone))  # lengths alone
+    log = changed(log, **dict.fromkeys(gone))  # lengths alone
     cdprcal.write_log(log, str(tmp_path / "poor.csv"))
     ran = cli("report", "irma4", tmp_path / "poor.csv", "-o", tmp_path / "poor.html")
     assert ran.code == 1

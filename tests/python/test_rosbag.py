@@ -14,6 +14,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StorageP
 from rosbags.typesys import Stores, get_typestore
 
 import cdprcal
+from cdprcal import Log, Robot
 from cdprcal.hardware.session import Ros2, load_topics
 from cdprcal.hardware.xsens.measurement import quaternion_from_rotation
 from cdprcal.ros2 import is_bag, load_bag, save_bag
@@ -51,13 +52,13 @@ MAP = {
     ids=["plain", "map", "all"],
 )
 def test_what_is_written_is_read_again(
-    robot: cdprcal.Robot,
-    synthetic: cdprcal.SyntheticLog,
+    robot: Robot,
+    log: Log,
     tmp_path: Path,
     map_of: dict[str, Any],
     storage: Literal["mcap", "sqlite3"],
 ) -> None:
-    log, path = synthetic.log, tmp_path / "bag"
+    path = tmp_path / "bag"
     save_bag(log, path, robot.euler_convention, topics(**map_of), storage=storage)
     assert is_bag(path)
     for place in (path, next(path.glob("bag.*"))):
@@ -67,12 +68,10 @@ def test_what_is_written_is_read_again(
             np.testing.assert_allclose(getattr(read, name), getattr(log, name), atol=1e-12)
 
 
-def test_gaps_are_kept(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
-    lengths, angles = synthetic.log.length_m.copy(), synthetic.log.roll_pitch_yaw_rad.copy()
+def test_gaps_are_kept(robot: Robot, log: Log, tmp_path: Path) -> None:
+    lengths, angles = log.length_m.copy(), log.roll_pitch_yaw_rad.copy()
     lengths[5, 2], angles[7] = np.nan, np.nan
-    log = changed(synthetic.log, length_m=lengths, roll_pitch_yaw_rad=angles, swivel_rad=None)
+    log = changed(log, length_m=lengths, roll_pitch_yaw_rad=angles, swivel_rad=None)
     save_bag(log, tmp_path / "bag", robot.euler_convention)
     read = load_bag(tmp_path / "bag", None, robot.euler_convention).log
     assert np.isnan(read.length_m[5, 2])
@@ -81,13 +80,11 @@ def test_gaps_are_kept(
     assert read.swivel_rad.shape[1] == 0
 
 
-def test_a_bag_opens_with_mcap_ros2_support(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_a_bag_opens_with_mcap_ros2_support(robot: Robot, log: Log, tmp_path: Path) -> None:
     from mcap.reader import make_reader
     from mcap_ros2.decoder import DecoderFactory
 
-    save_bag(synthetic.log, tmp_path / "bag", robot.euler_convention, topics(wrenches=WRENCHES))
+    save_bag(log, tmp_path / "bag", robot.euler_convention, topics(wrenches=WRENCHES))
     counts: dict[str, int] = {}
     with (tmp_path / "bag" / "bag.mcap").open("rb") as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
@@ -97,26 +94,24 @@ def test_a_bag_opens_with_mcap_ros2_support(
         counts[channel.topic] += 1
         if channel.topic == "/joint_states":
             assert said.name[:4] == ["cable_1", "cable_2", "cable_3", "cable_4"]
-            np.testing.assert_array_equal(said.position[:4], synthetic.log.length_m[row])
-            np.testing.assert_array_equal(said.effort[:4], synthetic.log.tension_N[row])
+            np.testing.assert_array_equal(said.position[:4], log.length_m[row])
+            np.testing.assert_array_equal(said.effort[:4], log.tension_N[row])
         elif channel.topic == WRENCHES[2]:
-            assert said.wrench.force.x == synthetic.log.tension_N[row, 2]
+            assert said.wrench.force.x == log.tension_N[row, 2]
             assert said.header.frame_id == "cable_3_load_cell"
     topics_of = ["/joint_states", "/imu/data", "/tension_setpoints", *WRENCHES]
-    assert counts == dict.fromkeys(topics_of, len(synthetic.log))
+    assert counts == dict.fromkeys(topics_of, len(log))
 
 
-def test_a_bag_opens_with_rosbags(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
-    save_bag(synthetic.log, tmp_path / "bag", robot.euler_convention)
+def test_a_bag_opens_with_rosbags(robot: Robot, log: Log, tmp_path: Path) -> None:
+    save_bag(log, tmp_path / "bag", robot.euler_convention)
     with Reader(tmp_path / "bag") as reader:
         assert {c.topic: c.msgtype for c in reader.connections} == {
             "/joint_states": "sensor_msgs/msg/JointState",
             "/imu/data": "sensor_msgs/msg/Imu",
             "/tension_setpoints": "sensor_msgs/msg/JointState",
         }
-        assert reader.message_count == 3 * len(synthetic.log)
+        assert reader.message_count == 3 * len(log)
 
 
 def header(time_s: float) -> Any:
@@ -125,7 +120,7 @@ def header(time_s: float) -> Any:
     return TYPES["std_msgs/msg/Header"](stamp=stamp, frame_id="x")
 
 
-def foreign_bag(path: Path, log: cdprcal.Log, robot: cdprcal.Robot) -> None:
+def foreign_bag(path: Path, log: Log, robot: Robot) -> None:
     """A bag as a ROS robot records it: by rosbags alone, joints in another order and not all of
     them cables, an IMU that runs beside them, stamps of today."""
     joint, imu = TYPES["sensor_msgs/msg/JointState"], TYPES["sensor_msgs/msg/Imu"]
@@ -175,13 +170,8 @@ DOCS = ROOT / "docs"
 SESSION_TEXT = (ROOT / "examples/canopen-simulated.yaml").read_text()
 
 
-def test_a_bag_of_rosbags_calibrates(
-    cli: Cli,
-    robot: cdprcal.Robot,
-    synthetic: cdprcal.SyntheticLog,
-    tmp_path: Path,
-) -> None:
-    foreign_bag(tmp_path / "bag", synthetic.log, robot)
+def test_a_bag_of_rosbags_calibrates(cli: Cli, robot: Robot, log: Log, tmp_path: Path) -> None:
+    foreign_bag(tmp_path / "bag", log, robot)
     session, out = tmp_path / "session.yaml", tmp_path / "run.csv"
     session.write_text(f"{SESSION_TEXT}ros2: {json.dumps(MAP)}\n")
     ran = cli("import", tmp_path / "bag", "--robot", "irma4", "--session", session, "-o", out)
@@ -189,20 +179,17 @@ def test_a_bag_of_rosbags_calibrates(
     read = cdprcal_log(out)
     assert read.time_s[0] == 0.0
     for name in ("length_m", "swivel_rad", "tension_N", "roll_pitch_yaw_rad"):
-        np.testing.assert_allclose(getattr(read, name), getattr(synthetic.log, name), atol=1e-9)
-    without_setpoints = changed(synthetic.log, tension_setpoint_N=None)
+        np.testing.assert_allclose(getattr(read, name), getattr(log, name), atol=1e-9)
+    without_setpoints = changed(log, tension_setpoint_N=None)
     found = cli("calibrate", "irma4", out, "--json").document()["initial_pose"]["position_m"]
     wanted = cdprcal.calibrate(robot, without_setpoints).result.poses[0].position_m
     np.testing.assert_allclose(found, wanted, atol=1e-6)
 
 
 def test_a_session_of_topics_alone_is_enough_for_bags(
-    cli: Cli,
-    robot: cdprcal.Robot,
-    synthetic: cdprcal.SyntheticLog,
-    tmp_path: Path,
+    cli: Cli, robot: Robot, log: Log, tmp_path: Path
 ) -> None:
-    foreign_bag(tmp_path / "bag", synthetic.log, robot)
+    foreign_bag(tmp_path / "bag", log, robot)
     session, out = tmp_path / "session.yaml", tmp_path / "run.csv"
     page = (DOCS / "ros2.md").read_text(encoding="utf-8")
     session.write_text(re.findall(r"^```yaml\n(.*?)^```$", page, re.M | re.S)[0])
@@ -212,7 +199,7 @@ def test_a_session_of_topics_alone_is_enough_for_bags(
     session.write_text(f"format: cdprcal-session-1\nrobot: irma4\nros2: {json.dumps(MAP)}\n")
     ran = cli("import", tmp_path / "bag", "--robot", "irma4", "--session", session, "-o", out)
     assert ran.code == 0, ran.stderr
-    np.testing.assert_allclose(cdprcal_log(out).length_m, synthetic.log.length_m, atol=1e-9)
+    np.testing.assert_allclose(cdprcal_log(out).length_m, log.length_m, atol=1e-9)
     # What is misspelt is no topic map, and with devices it is a session as a whole.
     for text, said in (
         ("ros: {}", "session.yaml:3:1: ros: is not known"),
@@ -222,22 +209,20 @@ def test_a_session_of_topics_alone_is_enough_for_bags(
         cli("export", "irma4", out, "-o", tmp_path / "no", "--session", session).refused(said)
 
 
-def test_export_and_import_again(
-    cli: Cli, log_path: Path, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_export_and_import_again(cli: Cli, log_path: Path, log: Log, tmp_path: Path) -> None:
     bag, out = tmp_path / "bag", tmp_path / "again.mcap"
     assert cli("export", "irma4", log_path, "-o", bag).code == 0
     assert cli("import", bag, "--robot", "irma4", "-o", out).code == 0
     again = cdprcal_log(out)
-    np.testing.assert_allclose(again.tension_N, synthetic.log.tension_N, atol=1e-12)
-    wanted_N = synthetic.log.tension_setpoint_N
+    np.testing.assert_allclose(again.tension_N, log.tension_N, atol=1e-12)
+    wanted_N = log.tension_setpoint_N
     np.testing.assert_allclose(again.tension_setpoint_N, wanted_N, atol=1e-12)
     cli("export", "irma4", log_path, "-o", bag).refused("exists already")
     cli("import", bag, "-o", tmp_path / "no.csv").refused("give --robot")
     assert not (tmp_path / "no.csv").exists()
 
 
-def cdprcal_log(path: Path) -> cdprcal.Log:
+def cdprcal_log(path: Path) -> Log:
     from cdprcal.io import load_log
 
     return load_log(path).log
@@ -258,21 +243,15 @@ def cdprcal_log(path: Path) -> cdprcal.Log:
     ],
 )
 def test_maps_that_do_not_fit_are_said(
-    robot: cdprcal.Robot,
-    synthetic: cdprcal.SyntheticLog,
-    tmp_path: Path,
-    fields: dict[str, Any],
-    words: str,
+    robot: Robot, log: Log, tmp_path: Path, fields: dict[str, Any], words: str
 ) -> None:
-    save_bag(synthetic.log, tmp_path / "bag", robot.euler_convention)
+    save_bag(log, tmp_path / "bag", robot.euler_convention)
     with pytest.raises(cdprcal.InputError, match=words):
         load_bag(tmp_path / "bag", topics(**fields), robot.euler_convention)
 
 
-def test_joints_of_other_names_are_listed(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
-    save_bag(synthetic.log, tmp_path / "bag", robot.euler_convention, topics(**MAP))
+def test_joints_of_other_names_are_listed(robot: Robot, log: Log, tmp_path: Path) -> None:
+    save_bag(log, tmp_path / "bag", robot.euler_convention, topics(**MAP))
     only = topics(joint_states=MAP["joint_states"])
     with pytest.raises(cdprcal.InputError, match=r"has the joints fl, fr, .*ros2\.length_joints"):
         load_bag(tmp_path / "bag", only)
@@ -280,12 +259,9 @@ def test_joints_of_other_names_are_listed(
 
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 def test_damaged_bags_are_refused(
-    robot: cdprcal.Robot,
-    synthetic: cdprcal.SyntheticLog,
-    tmp_path: Path,
-    storage: Literal["mcap", "sqlite3"],
+    robot: Robot, log: Log, tmp_path: Path, storage: Literal["mcap", "sqlite3"]
 ) -> None:
-    save_bag(synthetic.log, tmp_path / "bag", robot.euler_convention, storage=storage)
+    save_bag(log, tmp_path / "bag", robot.euler_convention, storage=storage)
     path = next((tmp_path / "bag").glob("bag.*"))
     whole = path.read_bytes()
     random = np.random.default_rng(1)
@@ -311,27 +287,22 @@ def test_what_is_no_bag_is_none(log_path: Path, tmp_path: Path) -> None:
     assert not is_bag(tmp_path / "none")
 
 
-def test_a_map_for_another_number_of_cables(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_a_map_for_another_number_of_cables(robot: Robot, log: Log, tmp_path: Path) -> None:
     with pytest.raises(cdprcal.InputError, match=r"ros2\.wrenches: names 3, the log has 4"):
-        save_bag(
-            synthetic.log, tmp_path / "bag", robot.euler_convention, topics(wrenches=WRENCHES[:3])
-        )
+        save_bag(log, tmp_path / "bag", robot.euler_convention, topics(wrenches=WRENCHES[:3]))
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.fixture
-def short(synthetic: cdprcal.SyntheticLog) -> cdprcal.Log:
+def short(log: Log) -> Log:
     """Its first hundred samples."""
-    log = synthetic.log
     return changed(log, **{name: getattr(log, name)[:100] for name in ("time_s", *CHANNELS)})
 
 
 @pytest.mark.parametrize("of", ["message", "file", "storage"])
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 def test_packed_bags_are_read(
-    robot: cdprcal.Robot, short: cdprcal.Log, tmp_path: Path, of: str, storage: str
+    robot: Robot, short: Log, tmp_path: Path, of: str, storage: str
 ) -> None:
     if (storage, of) == ("sqlite3", "storage"):
         pytest.skip("SQLite packs nothing by itself")
@@ -354,7 +325,7 @@ def test_packed_bags_are_read(
 
 @pytest.mark.parametrize("compression", ["lz4", "zstd", ""])
 def test_an_mcap_of_another_writer_is_read(
-    robot: cdprcal.Robot, short: cdprcal.Log, tmp_path: Path, compression: str
+    robot: Robot, short: Log, tmp_path: Path, compression: str
 ) -> None:
     """As rosbag2_storage_mcap writes them: many chunks, with and without an index."""
     from mcap.records import Channel, Message, Schema
@@ -399,7 +370,7 @@ def test_an_mcap_of_another_writer_is_read(
 
 
 def test_a_flipped_bit_in_an_exported_mcap_is_noticed(
-    robot: cdprcal.Robot, short: cdprcal.Log, tmp_path: Path
+    robot: Robot, short: Log, tmp_path: Path
 ) -> None:
     save_bag(short, tmp_path / "bag", robot.euler_convention)
     path = tmp_path / "bag" / "bag.mcap"
@@ -417,7 +388,7 @@ def test_a_flipped_bit_in_an_exported_mcap_is_noticed(
 
 
 def test_an_exported_sqlite_has_a_checksum_and_others_are_said_to_have_none(
-    robot: cdprcal.Robot, short: cdprcal.Log, tmp_path: Path
+    robot: Robot, short: Log, tmp_path: Path
 ) -> None:
     """A flipped bit in a reading: SQLite itself does not see it; docs/ros2.md says so."""
     save_bag(short, tmp_path / "bag", robot.euler_convention, storage="sqlite3")
@@ -443,11 +414,8 @@ def test_an_exported_sqlite_has_a_checksum_and_others_are_said_to_have_none(
     assert load_bag(path.parent, None, robot.euler_convention).findings == ()
 
 
-def test_a_bag_of_several_files(
-    robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
+def test_a_bag_of_several_files(robot: Robot, log: Log, tmp_path: Path) -> None:
     """As ``ros2 bag record --max-bag-duration`` splits them."""
-    log = synthetic.log
     save_bag(log, tmp_path / "whole", robot.euler_convention)
     bag = tmp_path / "bag"
     bag.mkdir()

@@ -192,17 +192,17 @@ def test_plan_file(data: st.DataObject, cables: int, stops: int, modes: int) -> 
         assert stop.measured == (cells[0] == "measure")
 
 
-def test_result_file(robot: cdprcal.Robot, synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
+def test_result_file(robot: cdprcal.Robot, log: cdprcal.Log, tmp_path: Path) -> None:
     options = cdprcal.CalibrateOptions(at_s=[1.5, 9.5, 17.5, 25.5])
-    document = calibration_as_dict(robot, cdprcal.calibrate(robot, synthetic.log, options))
+    document = calibration_as_dict(robot, cdprcal.calibrate(robot, log, options))
     first, second = tmp_path / "first.json", tmp_path / "second.json"
     plain = calibrate_options_as_dict(options)
-    save_result(first, "calibrate", document, robot, [synthetic.log], plain)
+    save_result(first, "calibrate", document, robot, [log], plain)
     read = load_result(first)
     assert read.document == json.loads(json.dumps(document))
     assert read.options == plain
     assert cdprcal.to_yaml(read.robot) == cdprcal.to_yaml(robot)
-    assert_same_log(read.logs[0], synthetic.log)
+    assert_same_log(read.logs[0], log)
     save_result(second, read.command, read.document, read.robot, read.logs, read.options)
     assert second.read_bytes() == first.read_bytes()
 

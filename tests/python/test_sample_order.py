@@ -50,14 +50,14 @@ SET_RIGHT: dict[str, tuple[Callable[[Rows], Rows], list[tuple[str, int]]]] = {
 
 @pytest.mark.parametrize("what", SET_RIGHT)
 def test_rows_twice_or_a_few_places_off_are_set_right_and_said(
-    synthetic: cdprcal.SyntheticLog, log_path: Path, what: str
+    log: cdprcal.Log, log_path: Path, what: str
 ) -> None:
     edit, said = SET_RIGHT[what]
     file = load_log(write(log_path, edit))
     assert [(finding.code, finding.line) for finding in file.findings] == said
     assert {finding.severity for finding in file.findings} == {"warning"}
-    np.testing.assert_array_equal(file.log.time_s, synthetic.log.time_s)
-    np.testing.assert_array_equal(file.log.length_m, synthetic.log.length_m)
+    np.testing.assert_array_equal(file.log.time_s, log.time_s)
+    np.testing.assert_array_equal(file.log.length_m, log.length_m)
     lines = log_path.read_text().splitlines()
     for sample in range(60):
         line = file.line_of(sample)

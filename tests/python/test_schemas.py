@@ -57,19 +57,17 @@ def test_calibrate(cli: Cli, log_path: Path, tmp_path: Path, options: tuple[str,
     assert not Draft202012Validator(schema("calibrate")).is_valid(json.loads(path.read_text()))
 
 
-def test_calibrate_without_a_pose(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path
-) -> None:
-    poor = changed(synthetic.log, swivel_rad=None, tension_N=None)
+def test_calibrate_without_a_pose(cli: Cli, log: cdprcal.Log, tmp_path: Path) -> None:
+    poor = changed(log, swivel_rad=None, tension_N=None)
     cdprcal.write_log(poor, str(tmp_path / "poor.csv"))
     arguments = ("--json", "--method", "kinematic", "--at", "1,10")
     validate("calibrate", cli("calibrate", "irma4", tmp_path / "poor.csv", *arguments).document(1))
 
 
-def test_diagnose_and_repeat(cli: Cli, synthetic: cdprcal.SyntheticLog, tmp_path: Path) -> None:
-    tension_N = synthetic.log.tension_N + np.array([6.0, -5.0, 4.0, -8.0])
+def test_diagnose_and_repeat(cli: Cli, log: cdprcal.Log, tmp_path: Path) -> None:
+    tension_N = log.tension_N + np.array([6.0, -5.0, 4.0, -8.0])
     # Signs turned over and a bias: a discrete fault and an effect.
-    log = changed(synthetic.log, tension_N=tension_N, swivel_rad=-synthetic.log.swivel_rad)
+    log = changed(log, tension_N=tension_N, swivel_rad=-log.swivel_rad)
     cdprcal.write_log(log, str(tmp_path / "run.csv"))
     path = tmp_path / "result.json"
     ran = cli("diagnose", "irma4", tmp_path / "run.csv", "--json", "--result", path)
@@ -120,7 +118,7 @@ def test_plan_acquire_check_and_truth(cli: Cli, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("shape", ["as a log", "marks", "no time", "attitude alone"])
 def test_a_proposed_map(
-    cli: Cli, synthetic: cdprcal.SyntheticLog, log_path: Path, tmp_path: Path, shape: str
+    cli: Cli, log: cdprcal.Log, log_path: Path, tmp_path: Path, shape: str
 ) -> None:
     the_map = tmp_path / "map.yaml"
     header, *rows = log_path.read_text().splitlines()

@@ -1,4 +1,7 @@
-"""Sensor sets are open: any subset works or says why not, each sensor weighted by its own sigma."""
+"""Sensor sets are open: any subset works or says why not, each sensor weighted by its own sigma.
+
+Some of what tests/studies/sensor_subsets.py tries is here: any sensors, two to eight cables.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sensor_subsets as study
 from scipy.stats import chi2
 
 import cdprcal
@@ -14,6 +18,7 @@ from cdprcal import CalibrateOptions, CalibrationStatus, InputError, Method
 from cdprcal.cli.generate import with_sensors
 from cdprcal.io import load_log, save_log
 from cdprcal.sensors import OPTIONS
+from cdprcal.studies.monte_carlo import start_up_options
 from conftest import TABLE_II_TENSIONS_N, Cli, changed, few
 
 ABSOLUTE = ("absolute_yaw_rad", "direct_length_m", "position_m")
@@ -22,14 +27,8 @@ SENSORS = {name: field for name, field in OPTIONS.items() if name != "angular-ve
 
 
 def run_of(robot: cdprcal.Robot, seed: int = 6, noise: float = 0.2) -> cdprcal.SyntheticLog:
-    options = cdprcal.SyntheticLogOptions(
-        dwell_s=3.0,
-        move_s=3.0,
-        noise=cdprcal.reading_noise(robot.sigma, noise, absolute=True),
-        wrench_force_N=robot.sigma.wrench_force_N,
-        wrench_moment_Nm=cdprcal.characteristic_length_m(robot) * robot.sigma.wrench_force_N,
-        seed=seed,
-    )
+    options = start_up_options(robot, seed, noise, dwell_s=3.0, move_s=3.0)
+    options.noise = cdprcal.reading_noise(robot.sigma, noise, absolute=True)
     if robot.cable_count == 4:
         set_points = [np.array(tension_N) for tension_N in TABLE_II_TENSIONS_N[:5]]
     else:
@@ -241,3 +240,32 @@ def test_by_command(cli: Cli, tmp_path: Path) -> None:
     ran = cli("generate", "irma4", "-o", tmp_path / "no.csv", "--sensors", "lengths,sonar")
     ran.refused("sonar")
     assert not (tmp_path / "no.csv").exists()
+
+
+@pytest.mark.parametrize("cables", range(2, 9))
+def test_the_default_solves_what_any_method_solves(cables: int) -> None:
+    subsets = study.subsets()
+    chosen = np.random.default_rng(cables).choice(len(subsets), size=6, replace=False)
+    found = [study.outcome((cables, subsets[k], 1)) for k in chosen]
+    assert not [one.in_words() for one in found if one.is_missed or "unified" in one.wrong]
+
+
+@pytest.mark.parametrize("cables", [3, 4])
+def test_encoders_at_rest_are_enough_below_six_cables(cables: int) -> None:
+    found = study.outcome((cables, ("length", "swivel"), 2))
+    assert found.sigma_m["unified"] is not None, found.reasons["unified"]
+    assert not found.wrong
+
+
+def test_a_rest_that_hangs_deep_does_not_make_the_balance_doubtful() -> None:
+    """Its cables are parallel: one of its rows hardly depends on the load cells."""
+    found = study.outcome((5, ("tension", "roll_pitch_yaw", "absolute_yaw", "position"), 1))
+    assert not found.is_worse, found.in_words()
+    assert "misfits" not in found.reasons["unified"]
+
+
+def test_a_minimum_that_fits_badly_is_not_the_last_that_is_looked_at() -> None:
+    """Residuals of four times the noise pass for a minimum, but another fits ten times better."""
+    found = study.outcome((5, ("swivel", "tension", "direct_length"), 1))
+    assert found.sigma_m["unified"] is not None, found.reasons["unified"]
+    assert not found.wrong, found.in_words()

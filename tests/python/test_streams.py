@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from cdprcal.io import load_log
+from scripts import executed
 
 
 def shell(line: str, *names: str | Path) -> subprocess.CompletedProcess[str]:
@@ -17,7 +18,7 @@ def shell(line: str, *names: str | Path) -> subprocess.CompletedProcess[str]:
     program = shlex.join([sys.executable, "-m", "cdprcal"])
     line = line.format(*(shlex.quote(str(name)) for name in names))
     command = f'set -o pipefail; cdprcal() {{ {program} "$@"; }}; {line}'
-    return subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    return executed(["bash", "-c", command])
 
 
 #: Nobody reads it, no room for it, closed.

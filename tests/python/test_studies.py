@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import subprocess
 import sys
 from collections.abc import Iterator
 from functools import partial
@@ -30,6 +29,7 @@ from cdprcal.studies import (
     workspaces,
 )
 from cdprcal.studies.__main__ import app
+from scripts import executed
 
 SERIAL = Workers(jobs=1)
 SEEDS = range(1, 5)
@@ -111,7 +111,7 @@ def test_the_same_script_on_a_cluster_prints_the_same(cluster: Any) -> None:
     script = [sys.executable, str(estimator.__file__), "coverage", "--count", "8"]
     address = cluster.scheduler_address
     serial, spread_out = (
-        subprocess.run([*script, *how], capture_output=True, text=True, check=True, timeout=300)
+        executed([*script, *how], check=True, timeout=300)
         for how in (["--jobs", "1"], ["--dask", address])
     )
     assert spread_out.stdout == serial.stdout

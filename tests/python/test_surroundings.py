@@ -16,11 +16,6 @@ BOX = cdprcal.Box([0.35, -0.25, 0.0], [0.7, 0.25, 1.25])
 
 
 @pytest.fixture(scope="module")
-def robot() -> cdprcal.Robot:
-    return cdprcal.load_robot("irma4")
-
-
-@pytest.fixture(scope="module")
 def crowded(robot: cdprcal.Robot) -> cdprcal.Robot:
     around = cdprcal.Surroundings(floor_m=0.3, keep_out=[BOX], length_limits_m=(0.6, 2.6))
     return altered(robot, surroundings=around)

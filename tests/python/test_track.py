@@ -15,6 +15,7 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 import cdprcal
+from cdprcal import Calibration, Robot, StartUpRun, Track
 from cdprcal.pictures import new_figure
 from cdprcal.ros2 import save_track_bag
 from cdprcal.tracking import columns_of_track, track_as_dict
@@ -27,7 +28,7 @@ CHANNELS = ("length_m", "swivel_rad", "tension_N", "tension_setpoint_N", "roll_p
 
 
 @pytest.fixture(scope="module")
-def run(robot: cdprcal.Robot) -> cdprcal.StartUpRun:
+def run(robot: Robot) -> StartUpRun:
     plan = cdprcal.StartUpPlan(setpoint_N=cdprcal.default_setpoints(robot, 2, 2, 1))
     made = cdprcal.simulate_startup(robot, plan, seed=3, log_rate_Hz=50.0)
     assert made.state == cdprcal.StartUpState.done, made.reason
@@ -35,17 +36,17 @@ def run(robot: cdprcal.Robot) -> cdprcal.StartUpRun:
 
 
 @pytest.fixture(scope="module")
-def calibration(robot: cdprcal.Robot, run: cdprcal.StartUpRun) -> cdprcal.Calibration:
+def calibration(robot: Robot, run: StartUpRun) -> Calibration:
     return cdprcal.calibrate(robot, run.log)
 
 
 @pytest.fixture(scope="module")
-def track(calibration: cdprcal.Calibration, run: cdprcal.StartUpRun) -> cdprcal.Track:
+def track(calibration: Calibration, run: StartUpRun) -> Track:
     return cdprcal._core.track(calibration, run.log)
 
 
 @pytest.fixture
-def path(run: cdprcal.StartUpRun, tmp_path: Path) -> Path:
+def path(run: StartUpRun, tmp_path: Path) -> Path:
     file = tmp_path / "run.csv"
     cdprcal.write_log(run.log, str(file))
     return file
@@ -62,7 +63,7 @@ def slipped(log: cdprcal.Log, begin: int, end: int | None = None) -> cdprcal.Log
     return changed(log, length_m=length_m)
 
 
-def test_the_arrays_are_the_samples(track: cdprcal.Track, run: cdprcal.StartUpRun) -> None:
+def test_the_arrays_are_the_samples(track: Track, run: StartUpRun) -> None:
     assert len(track) == len(run.log.time_s)
     np.testing.assert_array_equal(track.time_s, run.log.time_s)
     assert track.trusted.all()
@@ -85,7 +86,7 @@ def test_the_arrays_are_the_samples(track: cdprcal.Track, run: cdprcal.StartUpRu
     assert 0.9 < (np.abs(error) < 1.96 * sigma).mean() < 0.99
 
 
-def test_text_frame_and_picture(track: cdprcal.Track) -> None:
+def test_text_frame_and_picture(track: Track) -> None:
     assert repr(track) == (
         f"<Track of {len(track)} samples, 0.000 to {track.time_s[-1]:.3f} s, "
         f"{len(track)} to be trusted>"
@@ -103,7 +104,7 @@ def test_text_frame_and_picture(track: cdprcal.Track) -> None:
     assert ax.lines
 
 
-def test_the_picture_says_what_its_bands_are(track: cdprcal.Track) -> None:
+def test_the_picture_says_what_its_bands_are(track: Track) -> None:
     figure = new_figure(9.0, 5.5)
     draw_track(track, figure.subplots(2, sharex=True))
     for axes, names in zip(figure.axes, (["x", "y", "z"], ["roll", "pitch", "yaw"]), strict=True):
@@ -112,9 +113,7 @@ def test_the_picture_says_what_its_bands_are(track: cdprcal.Track) -> None:
         assert [text.get_text() for text in legend.get_texts()] == [*names, "± 2 σ"]
 
 
-def test_streaming_is_tracking(
-    calibration: cdprcal.Calibration, run: cdprcal.StartUpRun, track: cdprcal.Track
-) -> None:
+def test_streaming_is_tracking(calibration: Calibration, run: StartUpRun, track: Track) -> None:
     tracker = cdprcal.Tracker(calibration)
     assert np.isnan(tracker.latest.time_s)
     for row, sample in enumerate(samples_of(run.log)):
@@ -130,16 +129,14 @@ def test_streaming_is_tracking(
     assert tracker.latest.time_s == kept.time_s
 
 
-def test_the_time_of_the_drives_counts(
-    calibration: cdprcal.Calibration, run: cdprcal.StartUpRun
-) -> None:
+def test_the_time_of_the_drives_counts(calibration: Calibration, run: StartUpRun) -> None:
     tracker = cdprcal.Tracker(calibration)
     sample = next(samples_of(run.log))
     sample.drives_time_s = 0.25
     assert tracker.add(sample).time_s == 0.25
 
 
-def test_the_call_takes_paths(path: Path, track: cdprcal.Track) -> None:
+def test_the_call_takes_paths(path: Path, track: Track) -> None:
     found = cdprcal.track("irma4", path)
     np.testing.assert_array_equal(found.position_m, track.position_m)
     again = cdprcal.track("irma4", path, cdprcal.calibrate("irma4", path), segment=0)
@@ -148,9 +145,7 @@ def test_the_call_takes_paths(path: Path, track: cdprcal.Track) -> None:
         cdprcal.track("irma4", path, segment=7)
 
 
-def test_a_calibration_without_a_pose_is_refused(
-    robot: cdprcal.Robot, run: cdprcal.StartUpRun
-) -> None:
+def test_a_calibration_without_a_pose_is_refused(robot: Robot, run: StartUpRun) -> None:
     poor = changed(run.log, swivel_rad=None, tension_N=None)
     options = cdprcal.CalibrateOptions(method=cdprcal.parse_method("kinematic"), at_s=[1.0, 10.0])
     calibration = cdprcal._core.calibrate(robot, poor, options)
@@ -161,7 +156,7 @@ def test_a_calibration_without_a_pose_is_refused(
 
 
 def test_the_command_says_where_the_platform_is(
-    cli: Cli, path: Path, tmp_path: Path, track: cdprcal.Track
+    cli: Cli, path: Path, tmp_path: Path, track: Track
 ) -> None:
     csv, png = tmp_path / "track.csv", tmp_path / "track.png"
     ran = cli("track", "irma4", path, "-o", csv, "--plot", png)
@@ -179,7 +174,7 @@ def test_the_command_says_where_the_platform_is(
     assert len(columns) == 30
 
 
-def test_the_document_is_what_the_schema_says(cli: Cli, path: Path, track: cdprcal.Track) -> None:
+def test_the_document_is_what_the_schema_says(cli: Cli, path: Path, track: Track) -> None:
     ran = cli("track", "irma4", path, "--json")
     assert ran.code == cli("calibrate", "irma4", path, "--json").code
     document = json.loads(ran.stdout)
@@ -194,7 +189,7 @@ def test_the_document_is_what_the_schema_says(cli: Cli, path: Path, track: cdprc
 
 
 def test_a_reading_that_is_wrong_for_a_while_is_a_caveat(
-    cli: Cli, run: cdprcal.StartUpRun, path: Path, tmp_path: Path
+    cli: Cli, run: StartUpRun, path: Path, tmp_path: Path
 ) -> None:
     rows = len(run.log.time_s)
     log = tmp_path / "slipped.csv"
@@ -215,7 +210,7 @@ def test_a_reading_that_is_wrong_for_a_while_is_a_caveat(
 
 
 def test_a_reading_that_is_wrong_for_a_moment_is_a_spike(
-    cli: Cli, run: cdprcal.StartUpRun, path: Path, tmp_path: Path
+    cli: Cli, run: StartUpRun, path: Path, tmp_path: Path
 ) -> None:
     row = len(run.log.time_s) // 2
     log = tmp_path / "spike.csv"
@@ -228,7 +223,7 @@ def test_a_reading_that_is_wrong_for_a_moment_is_a_spike(
 
 
 def test_an_end_that_is_wrong_exits_with_1(
-    cli: Cli, run: cdprcal.StartUpRun, path: Path, tmp_path: Path
+    cli: Cli, run: StartUpRun, path: Path, tmp_path: Path
 ) -> None:
     log, csv = tmp_path / "slipped.csv", tmp_path / "track.csv"
     time_s = run.log.time_s
@@ -240,7 +235,7 @@ def test_an_end_that_is_wrong_exits_with_1(
 
 
 def test_without_the_one_reading_that_is_wrong_the_end_is_trusted(
-    cli: Cli, run: cdprcal.StartUpRun, path: Path, tmp_path: Path
+    cli: Cli, run: StartUpRun, path: Path, tmp_path: Path
 ) -> None:
     log = tmp_path / "slipped.csv"
     time_s = run.log.time_s
@@ -252,9 +247,7 @@ def test_without_the_one_reading_that_is_wrong_the_end_is_trusted(
     assert document["longest_left_out_s"] > 4.0
 
 
-def test_no_pose_to_start_from_exits_with_1(
-    cli: Cli, run: cdprcal.StartUpRun, tmp_path: Path
-) -> None:
+def test_no_pose_to_start_from_exits_with_1(cli: Cli, run: StartUpRun, tmp_path: Path) -> None:
     log = tmp_path / "short.csv"
     few = changed(rows_of(run.log, slice(0, 40)), swivel_rad=None, tension_N=None)
     cdprcal.write_log(few, str(log))
@@ -266,7 +259,7 @@ def test_no_pose_to_start_from_exits_with_1(
 
 
 def test_a_log_goes_on_counting_from_its_start(
-    cli: Cli, robot: cdprcal.Robot, run: cdprcal.StartUpRun, tmp_path: Path
+    cli: Cli, robot: Robot, run: StartUpRun, tmp_path: Path
 ) -> None:
     """Two parts of one run: the second is tracked from the first as the whole is, but for what the
     filter remembers of the speed and of the jerk."""
@@ -298,7 +291,7 @@ def messages(bag: Path, topic: str) -> list[Any]:
 
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 def test_a_bag_holds_what_is_trusted(
-    calibration: cdprcal.Calibration, run: cdprcal.StartUpRun, tmp_path: Path, storage: Any
+    calibration: Calibration, run: StartUpRun, tmp_path: Path, storage: Any
 ) -> None:
     track = cdprcal._core.track(calibration, slipped(run.log, len(run.log.time_s) - 100))
     kept = np.flatnonzero(track.trusted)
@@ -325,9 +318,7 @@ def test_a_bag_holds_what_is_trusted(
         save_track_bag(track, bag)
 
 
-def test_the_command_writes_a_bag(
-    cli: Cli, path: Path, tmp_path: Path, track: cdprcal.Track
-) -> None:
+def test_the_command_writes_a_bag(cli: Cli, path: Path, tmp_path: Path, track: Track) -> None:
     ran = cli("track", "irma4", path, "--bag", tmp_path / "bag")
     assert ran.code in (0, 3), ran.stderr
     assert len(messages(tmp_path / "bag", "/pose")) == len(track)
@@ -362,7 +353,7 @@ def test_wrong_use_is_refused(
 
 
 def test_a_track_that_is_never_trusted_has_a_document(
-    calibration: cdprcal.Calibration, run: cdprcal.StartUpRun
+    calibration: Calibration, run: StartUpRun
 ) -> None:
     """Sensors that are all silent: no numbers but a reason."""
     nothing = np.full((20, 4), np.nan)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import cdprcal
-from cdprcal import CalibrateOptions, CalibrationStatus, Method, NoiseSource
+from cdprcal import CalibrateOptions, CalibrationStatus, Method, NoiseSource, Robot
 from cdprcal.studies import Workers
 from conftest import TABLE_II_TENSIONS_N, changed
 from robots import altered
@@ -18,7 +18,7 @@ TRUE_NOISE = 0.1  # of eq. 18
 
 
 @pytest.fixture(scope="module")
-def made(robot: cdprcal.Robot) -> cdprcal.SyntheticLog:
+def made(robot: Robot) -> cdprcal.SyntheticLog:
     options = cdprcal.SyntheticLogOptions(
         dwell_s=4.0, move_s=4.0, noise=cdprcal.reading_noise(robot.sigma, TRUE_NOISE), seed=11
     )
@@ -30,7 +30,7 @@ def errors(made: cdprcal.SyntheticLog, calibration: cdprcal.Calibration) -> np.n
     return np.asarray(np.abs(error) / calibration.result.standard_deviation)
 
 
-def test_noise_is_that_of_the_readings(robot: cdprcal.Robot, made: cdprcal.SyntheticLog) -> None:
+def test_noise_is_that_of_the_readings(robot: Robot, made: cdprcal.SyntheticLog) -> None:
     calibration = cdprcal.calibrate(robot, made.log)
     channels = calibration.problem.noise.channels
     sigma = robot.sigma
@@ -50,7 +50,7 @@ def test_noise_is_that_of_the_readings(robot: cdprcal.Robot, made: cdprcal.Synth
     assert np.all(errors(made, calibration) < 4.0)
 
 
-def test_a_pose_component_is_found(robot: cdprcal.Robot, made: cdprcal.SyntheticLog) -> None:
+def test_a_pose_component_is_found(robot: Robot, made: cdprcal.SyntheticLog) -> None:
     """An error that all samples of a rest share does not average out, and is not averaged."""
     random = np.random.default_rng(5)
     length_m = made.log.length_m.copy()
@@ -68,7 +68,7 @@ def test_a_pose_component_is_found(robot: cdprcal.Robot, made: cdprcal.Synthetic
     assert calibration.result.standard_deviation[0] > 3.0 * naive.result.standard_deviation[0]
 
 
-def test_errors_of_the_attitude_are_no_errors_of_the_balance(robot: cdprcal.Robot) -> None:
+def test_errors_of_the_attitude_are_no_errors_of_the_balance(robot: Robot) -> None:
     """Taken for as bad as the robot file allows, a good balance would let the poses follow the
     attitude sensor, which then looks better than it is: σ counts that it may be good."""
     shared_rad, ratios = 3e-4, []
@@ -86,7 +86,7 @@ def test_errors_of_the_attitude_are_no_errors_of_the_balance(robot: cdprcal.Robo
     assert np.all(np.sqrt(np.mean(np.square(ratios), axis=0)) < 1.4)
 
 
-def test_an_outlier_is_left_out_and_named(robot: cdprcal.Robot, made: cdprcal.SyntheticLog) -> None:
+def test_an_outlier_is_left_out_and_named(robot: Robot, made: cdprcal.SyntheticLog) -> None:
     row = 55  # moving: a pose of its own
     options = CalibrateOptions(kinematic_spacing_s=0.1)
     length_m = made.log.length_m.copy()
@@ -101,7 +101,7 @@ def test_an_outlier_is_left_out_and_named(robot: cdprcal.Robot, made: cdprcal.Sy
     assert np.all(errors(made, calibration) < 4.0)
 
 
-def test_a_slack_cable_says_nothing(robot: cdprcal.Robot, made: cdprcal.SyntheticLog) -> None:
+def test_a_slack_cable_says_nothing(robot: Robot, made: cdprcal.SyntheticLog) -> None:
     rows = (made.log.time_s >= 16.0) & (made.log.time_s < 20.0)
     tension_N, length_m = made.log.tension_N.copy(), made.log.length_m.copy()
     tension_N[rows, 1] = 0.5
@@ -116,7 +116,7 @@ def test_a_slack_cable_says_nothing(robot: cdprcal.Robot, made: cdprcal.Syntheti
 
 
 def test_a_model_that_lacks_something_widens_the_claim(
-    robot: cdprcal.Robot, made: cdprcal.SyntheticLog
+    robot: Robot, made: cdprcal.SyntheticLog
 ) -> None:
     """Winches 2 % off: weights from white residuals alone would claim far too much."""
     ratio = np.array([0.02, -0.015, 0.018, -0.02])
@@ -129,7 +129,7 @@ def test_a_model_that_lacks_something_widens_the_claim(
     assert np.max(errors(made, allowing)) < np.max(errors(made, trusting))
 
 
-def test_the_weakest_direction_is_named(robot: cdprcal.Robot, made: cdprcal.SyntheticLog) -> None:
+def test_the_weakest_direction_is_named(robot: Robot, made: cdprcal.SyntheticLog) -> None:
     still = made.log.roll_pitch_yaw_rad.copy()
     still[:, 2] = np.nan
     result = cdprcal.calibrate(
@@ -145,7 +145,7 @@ def test_the_weakest_direction_is_named(robot: cdprcal.Robot, made: cdprcal.Synt
 @pytest.mark.parametrize("y_m", [0.3, 0.5, 0.75])
 @pytest.mark.parametrize("cable", range(4))
 def test_a_mistyped_anchor_is_no_pose(
-    robot: cdprcal.Robot, made: cdprcal.SyntheticLog, cable: int, y_m: float
+    robot: Robot, made: cdprcal.SyntheticLog, cable: int, y_m: float
 ) -> None:
     """The specified sigma alone hides what the readings contradict once they are weighed."""
     cables = list(robot.cables)
@@ -157,7 +157,7 @@ def test_a_mistyped_anchor_is_no_pose(
     assert "contradicts the readings" in result.reason
 
 
-def test_clean_readings_are_left_in(robot: cdprcal.Robot) -> None:
+def test_clean_readings_are_left_in(robot: Robot) -> None:
     """One log in a hundred may lose a reading to chance; a scale of few rows made it nine."""
     setpoints = cdprcal.default_setpoints(robot, 2, 2, 2)
     lost = 0
@@ -170,9 +170,7 @@ def test_clean_readings_are_left_in(robot: cdprcal.Robot) -> None:
     assert lost <= 4
 
 
-def test_specified_noise_is_the_robot_files(
-    robot: cdprcal.Robot, made: cdprcal.SyntheticLog
-) -> None:
+def test_specified_noise_is_the_robot_files(robot: Robot, made: cdprcal.SyntheticLog) -> None:
     options = CalibrateOptions(noise=NoiseSource.specified)
     channels = cdprcal.calibrate(robot, made.log, options).problem.noise.channels
     assert (channels["length"].pose, channels["length"].sample) == (robot.sigma.length_m, 0.0)
@@ -201,9 +199,7 @@ def test_short_studies(capsys: pytest.CaptureFixture[str]) -> None:
     assert "95 % regions cover" in capsys.readouterr().out
 
 
-def test_the_measured_trial_is_found_and_not_overclaimed(
-    robot: cdprcal.Robot, shared_data: Path
-) -> None:
+def test_the_measured_trial_is_found_and_not_overclaimed(robot: Robot, shared_data: Path) -> None:
     """Nothing picked: within 15 mm and 1.5 degrees of run_start, and it says why not less."""
     import json
 
@@ -222,9 +218,7 @@ def test_the_measured_trial_is_found_and_not_overclaimed(
 
 
 @pytest.mark.parametrize("name", ["p1", "p2", "p3", "p4", "p5", "p6"])
-def test_practice_logs_are_within_their_claims(
-    robot: cdprcal.Robot, shared_data: Path, name: str
-) -> None:
+def test_practice_logs_are_within_their_claims(robot: Robot, shared_data: Path, name: str) -> None:
     """Hidden effects, nobody told: the claim holds, and what is missing is said to be."""
     import json
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import subprocess
 import sys
 from importlib.util import find_spec
 from pathlib import Path
@@ -20,10 +19,11 @@ import pytest
 import cdprcal
 from cdprcal.hardware import BackendError
 from cdprcal.hardware.drives.ethercat_bus import EthercatFieldbus
-from cdprcal.hardware.session import Session, parse_session
+from cdprcal.hardware.session import Session
 from cdprcal.testing.simulated_devices.drive import SimulatedDrive
 from cdprcal.testing.simulated_devices.ethercat_slave import EthercatSlave, process_frame
-from winch_bus import EXAMPLE
+from scripts import executed
+from winch_bus import ethercat_session
 
 RUN = Path(__file__).with_name("ethercat_run.py")
 _TRY = """
@@ -41,7 +41,7 @@ def network() -> list[str]:
     if shutil.which("unshare") is None or shutil.which("ip") is None:
         pytest.skip("no unshare or ip on this machine")
     alone = ["unshare", "--map-root-user", "--net"]
-    tried = subprocess.run([*alone, sys.executable, "-c", _TRY], capture_output=True, text=True)
+    tried = executed([*alone, sys.executable, "-c", _TRY])
     if tried.returncode:
         reason = " ".join(tried.stderr.split())[-200:]
         pytest.skip(f"no network namespace with raw sockets and veth on this machine: {reason}")
@@ -49,9 +49,7 @@ def network() -> list[str]:
 
 
 def run(network: list[str], what: str) -> dict[str, Any]:
-    ran = subprocess.run(
-        [*network, sys.executable, str(RUN), what], capture_output=True, text=True, timeout=300
-    )
+    ran = executed([*network, sys.executable, str(RUN), what], timeout=300)
     assert ran.returncode == 0, ran.stderr[-3000:]
     document: dict[str, Any] = json.loads(ran.stdout)
     return document
@@ -119,10 +117,7 @@ def test_a_program_that_hangs_is_missed_by_the_slaves(network: list[str]) -> Non
 
 @pytest.fixture
 def session() -> Session:
-    canopen = "{type: canopen, interface: virtual, channel: irma4}"
-    text = EXAMPLE.read_text().replace(canopen, "{type: ethercat, interface: nowhere0}")
-    text = text.replace("simulated: {}", "").replace("port: simulated", "port: x")
-    return parse_session(text, "session")
+    return ethercat_session("nowhere0")
 
 
 def frame_of(command: int, node: int, register: int, data: bytes) -> bytes:

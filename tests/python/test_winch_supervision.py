@@ -11,6 +11,7 @@ import pytest
 from scipy.signal import lfilter
 
 import cdprcal
+from cdprcal import Robot
 from cdprcal.hardware import BackendError
 from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.drives.cia402 import State
@@ -729,9 +730,7 @@ def test_torque_mode_begins_with_what_holds_the_platform() -> None:
 # --- plausibility --------------------------------------------------------------------------------
 
 
-def judged(
-    robot: cdprcal.Robot, read_N: list[float], torque_N: list[float] | None, count: int = 1
-) -> str:
+def judged(robot: Robot, read_N: list[float], torque_N: list[float] | None, count: int = 1) -> str:
     session = example_session()
     states = winches(session)
     plausibility = Plausibility(robot, states)
@@ -762,25 +761,25 @@ def judged(
     ],
 )
 def test_torque_and_load_cell(
-    robot: cdprcal.Robot, read_N: list[float], torque_N: list[float], cable: int
+    robot: Robot, read_N: list[float], torque_N: list[float], cable: int
 ) -> None:
     said = judged(robot, read_N, torque_N)
     assert said.startswith(f"node {cable} (cable {cable}): the motor's") if cable else said == ""
 
 
-def test_what_one_cable_does_not_show_all_do(robot: cdprcal.Robot) -> None:
+def test_what_one_cable_does_not_show_all_do(robot: Robot) -> None:
     """40 N each: half of it is within one load cell's 2 σ = 20 N, but not all four are."""
     assert judged(robot, [40.0] * 4, [18.0] * 4).startswith("all winches together: the motor's")
     assert judged(robot, [40.0] * 4, [40.0] * 4) == ""
 
 
-def test_load_cells_that_cannot_carry_the_platform(robot: cdprcal.Robot) -> None:
+def test_load_cells_that_cannot_carry_the_platform(robot: Robot) -> None:
     """127 N, and 2 σ of four cells are 40 N."""
     assert "together read 80 N, and the platform weighs 127 N" in judged(robot, [20.0] * 4, None)
     assert judged(robot, [22.0] * 4, None) == ""
 
 
-def test_a_reading_that_is_missed_does_not_hide_the_others(robot: cdprcal.Robot) -> None:
+def test_a_reading_that_is_missed_does_not_hide_the_others(robot: Robot) -> None:
     states = winches(example_session())
     plausibility = Plausibility(robot, states)
     for missed in (False, True):
@@ -793,7 +792,7 @@ def test_a_reading_that_is_missed_does_not_hide_the_others(robot: cdprcal.Robot)
     assert plausibility.wrong().startswith("node 1 (cable 1): the motor's torque would hold 50 N")
 
 
-def test_all_together_are_judged_by_the_least_efficient(robot: cdprcal.Robot) -> None:
+def test_all_together_are_judged_by_the_least_efficient(robot: Robot) -> None:
     whole = "gear_ratio: 10, rated_torque_Nm: 2.4}\n  - cable: 2"
     worn = whole.replace("2.4", "2.4, efficiency: 0.51")
     states = winches(example_session(**{whole: worn}))
@@ -810,7 +809,7 @@ def test_all_together_are_judged_by_the_least_efficient(robot: cdprcal.Robot) ->
     ("own_mNm", "fine"), [(2400, True), (2423, True), (2377, True), (2426, False), (2374, False)]
 )
 def test_the_rated_torque_is_the_drives_own_to_a_hundredth(
-    own_mNm: int, fine: bool, robot: cdprcal.Robot, plan: cdprcal.Plan
+    own_mNm: int, fine: bool, robot: Robot, plan: cdprcal.Plan
 ) -> None:
     def build(nodes: list[DriveNode]) -> None:
         nodes[2].drive.dictionary.set(cia402.RATED_TORQUE, own_mNm)
@@ -825,9 +824,7 @@ def test_the_rated_torque_is_the_drives_own_to_a_hundredth(
     assert ("node 3 (cable 3): its rated torque (0x6076) is" in said) != fine
 
 
-def test_a_drive_whose_limit_cannot_be_written_is_refused(
-    robot: cdprcal.Robot, plan: cdprcal.Plan
-) -> None:
+def test_a_drive_whose_limit_cannot_be_written_is_refused(robot: Robot, plan: cdprcal.Plan) -> None:
     def build(nodes: list[DriveNode]) -> None:
         nodes[1].drive.dictionary.objects[cia402.MAX_MOTOR_SPEED].writable = False
 
@@ -849,7 +846,7 @@ def test_a_winch_without_a_drum_loses_nothing_to_friction() -> None:
     assert efficiency_of(WinchState(session.winches[0], session)) == 0.7
 
 
-def test_nothing_read_says_nothing(robot: cdprcal.Robot) -> None:
+def test_nothing_read_says_nothing(robot: Robot) -> None:
     assert judged(robot, [math.nan] * 4, None) == ""
     assert judged(robot, [100.0] * 4, [100.0] * 4, count=0) == ""
 
@@ -857,9 +854,7 @@ def test_nothing_read_says_nothing(robot: cdprcal.Robot) -> None:
 # --- limits of the drives ------------------------------------------------------------------------
 
 
-def test_drives_are_given_the_limits_of_the_session(
-    robot: cdprcal.Robot, plan: cdprcal.Plan
-) -> None:
+def test_drives_are_given_the_limits_of_the_session(robot: Robot, plan: cdprcal.Plan) -> None:
     backend = armed(robot, plan)
     assert backend.simulated is not None
     for node in backend.simulated.nodes:
@@ -874,7 +869,7 @@ def test_drives_are_given_the_limits_of_the_session(
 
 
 def armed(
-    robot: cdprcal.Robot,
+    robot: Robot,
     plan: cdprcal.Plan,
     build: Callable[[list[DriveNode]], None] | None = None,
     **texts: str,
@@ -897,7 +892,7 @@ def positions(node: Any) -> tuple[int, int, int]:
 
 
 def test_position_limits_are_set_about_where_the_drive_is_and_put_back(
-    robot: cdprcal.Robot, plan: cdprcal.Plan
+    robot: Robot, plan: cdprcal.Plan
 ) -> None:
     session = example_session(**TRAVEL)
 
@@ -926,7 +921,7 @@ def test_position_limits_are_set_about_where_the_drive_is_and_put_back(
 
 
 def test_a_drive_beyond_its_own_position_limits_is_refused(
-    robot: cdprcal.Robot, plan: cdprcal.Plan
+    robot: Robot, plan: cdprcal.Plan
 ) -> None:
     def build(nodes: list[Any]) -> None:
         here = positions(nodes[2])[1]
@@ -938,7 +933,7 @@ def test_a_drive_beyond_its_own_position_limits_is_refused(
 
 
 def test_position_limits_that_are_not_kept_are_refused_and_missing_ones_noted(
-    robot: cdprcal.Robot, plan: cdprcal.Plan
+    robot: Robot, plan: cdprcal.Plan
 ) -> None:
     def fixed(nodes: list[Any]) -> None:
         nodes[1].drive.dictionary.objects[cia402.POSITION_MOST].writable = False
@@ -967,7 +962,7 @@ def test_a_cable_that_goes_too_far_stops_the_robot() -> None:
         assert beyond == (abs(gone_m) > 0.5)
 
 
-def test_a_drive_that_is_limited_further_stays_so(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+def test_a_drive_that_is_limited_further_stays_so(robot: Robot, plan: cdprcal.Plan) -> None:
     def build(nodes: list[DriveNode]) -> None:
         nodes[0].drive.dictionary.set(cia402.MAX_TORQUE, 500)
 
@@ -977,15 +972,13 @@ def test_a_drive_that_is_limited_further_stays_so(robot: cdprcal.Robot, plan: cd
     backend.stop()
 
 
-def test_a_drive_that_does_not_keep_a_limit_is_refused(
-    robot: cdprcal.Robot, plan: cdprcal.Plan
-) -> None:
+def test_a_drive_that_does_not_keep_a_limit_is_refused(robot: Robot, plan: cdprcal.Plan) -> None:
     words = r"node 2 \(cable 2\): does not keep the limit that 0x6072 is told"
     with pytest.raises(BackendError, match=words):
         armed(robot, plan, forgetting(cia402.MAX_TORQUE, 2))
 
 
-def test_a_drive_without_limits_is_noted(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+def test_a_drive_without_limits_is_noted(robot: Robot, plan: cdprcal.Plan) -> None:
     backend = armed(robot, plan, without(cia402.MAX_TORQUE, node=2))
     assert backend.notes == [
         "node 2 (cable 2): has no object 0x6072; limit tension_N by its own set-up"
@@ -1173,7 +1166,7 @@ def test_the_noise_of_a_mean_counts_what_neighbours_have_in_common() -> None:
 
 
 def test_cables_are_wiggled_no_further_than_told_and_come_back(
-    robot: cdprcal.Robot, plan: cdprcal.Plan
+    robot: Robot, plan: cdprcal.Plan
 ) -> None:
     for most_m in (0.0, 0.0005, 0.002):
         changes = {"brakes: true": f"brakes: true, wiggle_m: {most_m}"}

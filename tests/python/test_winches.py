@@ -19,17 +19,16 @@ import typer
 from jsonschema import Draft202012Validator
 
 import cdprcal
-from cdprcal import StartUpState
+from cdprcal import Log, Robot, StartUpState
 from cdprcal.acquisition import acquire, start_up_plan
 from cdprcal.cli import devices
 from cdprcal.hardware import BackendError
-from cdprcal.hardware.connect import SessionBackend
+from cdprcal.hardware.connect import SessionBackend, leave_priority, take_priority
 from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.drives.cia402 import State
 from cdprcal.hardware.drives.fieldbus import SimulatedClock
 from cdprcal.hardware.drives.guard import Guard, torque_range
 from cdprcal.hardware.drives.process_data import Image, Values
-from cdprcal.hardware.real_time import leave_priority, take_priority
 from cdprcal.hardware.session import Session, parse_session
 from cdprcal.hardware.simulated import start_of
 from cdprcal.io import AcquisitionInputs, load_log, open_live_log, read_inputs
@@ -56,9 +55,7 @@ RUNS = int(os.environ.get("CDPRCAL_FAULT_RUNS", "30"))
 
 
 @pytest.fixture(scope="module")
-def direct(
-    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path_factory: pytest.TempPathFactory
-) -> cdprcal.Log:
+def direct(robot: Robot, plan: cdprcal.Plan, tmp_path_factory: pytest.TempPathFactory) -> Log:
     """The same start-up on the simulator without a bus, with the same seed."""
     path = tmp_path_factory.mktemp("direct") / "run.csv"
     options = cdprcal.SimulatorOptions(seed=1)
@@ -72,8 +69,8 @@ def direct(
 
 @pytest.fixture(scope="module")
 def wired(
-    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[Watched, cdprcal.Log]:
+    robot: Robot, plan: cdprcal.Plan, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Watched, Log]:
     """The start-up over CANopen."""
     path = tmp_path_factory.mktemp("wired") / "run.csv"
     watched = watched_run(fine_session(), robot, plan, path)
@@ -81,7 +78,7 @@ def wired(
 
 
 def test_the_start_up_over_canopen_is_that_of_the_simulator(
-    robot: cdprcal.Robot, wired: tuple[Watched, cdprcal.Log], direct: cdprcal.Log
+    robot: Robot, wired: tuple[Watched, Log], direct: Log
 ) -> None:
     watched, log = wired
     assert watched.run.state == StartUpState.done
@@ -112,7 +109,7 @@ def test_the_start_up_over_canopen_is_that_of_the_simulator(
 
 
 def test_no_command_is_outside_the_limits_and_all_drives_end_switched_off(
-    wired: tuple[Watched, cdprcal.Log],
+    wired: tuple[Watched, Log],
 ) -> None:
     watched, _ = wired
     assert watched.sniffer.commands > 10_000
@@ -123,7 +120,7 @@ def test_no_command_is_outside_the_limits_and_all_drives_end_switched_off(
     assert states == {State.switch_on_disabled}
 
 
-def test_torque_mode(robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path) -> None:
+def test_torque_mode(robot: Robot, plan: cdprcal.Plan, tmp_path: Path) -> None:
     """Quantised by thousandths of the rated torque, half a newton here: its own run."""
     path = tmp_path / "run.mcap"
     watched = watched_run(torque_session(), robot, plan, path)
@@ -136,7 +133,7 @@ def test_torque_mode(robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path) -
 
 
 def test_settings_in_the_log_tell_the_devices(
-    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+    robot: Robot, plan: cdprcal.Plan, tmp_path: Path
 ) -> None:
     path = tmp_path / "run.mcap"
     fault = Fault("AHRS silent", 1.5, serial=lambda data: b"")
@@ -154,7 +151,7 @@ def test_settings_in_the_log_tell_the_devices(
 
 
 def test_every_fault_stops_the_winches_within_two_cycles(
-    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+    robot: Robot, plan: cdprcal.Plan, tmp_path: Path
 ) -> None:
     """Each kind in turn, at random times, on random nodes, in both modes."""
     random = np.random.default_rng(7)
@@ -170,7 +167,7 @@ def test_every_fault_stops_the_winches_within_two_cycles(
         assert len(file.log) == watched.run.samples >= 8
 
 
-def test_a_late_cycle(robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path) -> None:
+def test_a_late_cycle(robot: Robot, plan: cdprcal.Plan, tmp_path: Path) -> None:
     """This computer is busy with something else for 30 ms: the drives have stopped already."""
 
     def dawdle(clock: SimulatedClock) -> None:
@@ -185,7 +182,7 @@ def test_a_late_cycle(robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path) 
 
 
 def test_a_late_cycle_while_cables_are_wiggled(
-    robot: cdprcal.Robot, plan: cdprcal.Plan, monkeypatch: pytest.MonkeyPatch
+    robot: Robot, plan: cdprcal.Plan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     backend = SimulatedSession.connect(example_session(), robot, plan, armed=True)
     sleep = SimulatedClock.sleep_until
@@ -205,7 +202,7 @@ def test_a_late_cycle_while_cables_are_wiggled(
 
 
 def test_a_cycle_late_by_less_than_allowed_is_none(
-    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+    robot: Robot, plan: cdprcal.Plan, tmp_path: Path
 ) -> None:
     def dawdle(clock: SimulatedClock) -> None:
         if 2.0 <= clock.now_s() < 2.0 + 1e-3:
@@ -216,9 +213,7 @@ def test_a_cycle_late_by_less_than_allowed_is_none(
         watched_run(example_session(), robot, plan, tmp_path / "run.csv", each_cycle=dawdle)
 
 
-def test_a_computer_that_hangs_is_missed_by_the_drives(
-    robot: cdprcal.Robot, plan: cdprcal.Plan
-) -> None:
+def test_a_computer_that_hangs_is_missed_by_the_drives(robot: Robot, plan: cdprcal.Plan) -> None:
     """Nobody calls the backend any more: within two cycles the drives stop by themselves."""
     backend = SimulatedSession.connect(example_session(), robot, plan, armed=True)
     startup = cdprcal.StartUp(robot, start_up_plan(plan))
@@ -235,9 +230,7 @@ def test_a_computer_that_hangs_is_missed_by_the_drives(
     backend.stop()
 
 
-def test_a_bus_that_fails_stops_the_robot(
-    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
-) -> None:
+def test_a_bus_that_fails_stops_the_robot(robot: Robot, plan: cdprcal.Plan, tmp_path: Path) -> None:
     session = example_session()
     backend = SimulatedSession.connect(session, robot, plan, armed=True)
     log = open_live_log(tmp_path / "run.csv", 4, AcquisitionInputs("", "", {}), 10.0)
@@ -253,7 +246,7 @@ def test_a_bus_that_fails_stops_the_robot(
 
 
 def test_a_cable_that_slips_stops_the_robot(
-    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+    robot: Robot, plan: cdprcal.Plan, tmp_path: Path
 ) -> None:
     options = cdprcal.SimulatorOptions(
         seed=1, effects=[cdprcal.parse_injected_effect("slack=2.0,2,0.5")]
@@ -283,9 +276,7 @@ def sensors_apart() -> Session:
     return parse_session(text.replace("channel: irma4", "channel: test-apart"), "session")
 
 
-def test_sensors_on_nodes_of_their_own(
-    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
-) -> None:
+def test_sensors_on_nodes_of_their_own(robot: Robot, plan: cdprcal.Plan, tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     watched = watched_run(sensors_apart(), robot, plan, path)
     assert watched.run.state == StartUpState.done, watched.run.reason
@@ -295,7 +286,7 @@ def test_sensors_on_nodes_of_their_own(
 
 @pytest.mark.parametrize(("node", "words"), [(20, "load cell"), (21, "swivel encoder")])
 def test_a_sensor_node_that_is_lost(
-    node: int, words: str, robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+    node: int, words: str, robot: Robot, plan: cdprcal.Plan, tmp_path: Path
 ) -> None:
     lost = Fault(
         f"node lost of node {node}",
@@ -310,9 +301,7 @@ def test_a_sensor_node_that_is_lost(
 # --- arming --------------------------------------------------------------------------------------
 
 
-def test_a_dry_run_reads_and_never_tells_a_drive_anything(
-    robot: cdprcal.Robot, plan: cdprcal.Plan
-) -> None:
+def test_a_dry_run_reads_and_never_tells_a_drive_anything(robot: Robot, plan: cdprcal.Plan) -> None:
     session = example_session()
     from winch_bus import Sniffer
 
@@ -332,7 +321,7 @@ def test_a_dry_run_reads_and_never_tells_a_drive_anything(
     assert np.ptp(tensions, axis=0).min() > 0.0  # it is alive
 
 
-def test_drives_without_brakes_hold_the_platform(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+def test_drives_without_brakes_hold_the_platform(robot: Robot, plan: cdprcal.Plan) -> None:
     session = example_session(**{"brakes: true": "brakes: false"})
     backend = SimulatedSession.connect(session, robot, plan, armed=True)
     for _ in range(20):
@@ -343,7 +332,7 @@ def test_drives_without_brakes_hold_the_platform(robot: cdprcal.Robot, plan: cdp
 
 
 def test_drives_that_hold_the_platform_do_so_until_they_are_enabled(
-    robot: cdprcal.Robot, plan: cdprcal.Plan
+    robot: Robot, plan: cdprcal.Plan
 ) -> None:
     """A second run without brakes: switched off on the way, the platform would fall."""
     session = example_session(**{"brakes: true": "brakes: false"})
@@ -367,7 +356,7 @@ def test_drives_that_hold_the_platform_do_so_until_they_are_enabled(
     assert {node.drive.state for node in simulated.nodes} == {State.quick_stop}
 
 
-def test_a_fault_from_before_is_reset_and_noted(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+def test_a_fault_from_before_is_reset_and_noted(robot: Robot, plan: cdprcal.Plan) -> None:
     fault = Fault("fault before arming", 0.0, happen=lambda nodes: nodes[2].drive.fail(0x7305))
     backend = SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
     backend.read()
@@ -379,7 +368,7 @@ def test_a_fault_from_before_is_reset_and_noted(robot: cdprcal.Robot, plan: cdpr
     backend.stop()
 
 
-def test_what_was_said_before_arming_is_noted(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+def test_what_was_said_before_arming_is_noted(robot: Robot, plan: cdprcal.Plan) -> None:
     backend = SimulatedSession.connect(example_session(), robot, plan, armed=True)
     assert backend.simulated is not None
     backend.simulated.nodes[1].emergency(0x8120)
@@ -390,9 +379,7 @@ def test_what_was_said_before_arming_is_noted(robot: cdprcal.Robot, plan: cdprca
     backend.stop()
 
 
-def test_a_drive_that_somebody_else_moves_is_left_alone(
-    robot: cdprcal.Robot, plan: cdprcal.Plan
-) -> None:
+def test_a_drive_that_somebody_else_moves_is_left_alone(robot: Robot, plan: cdprcal.Plan) -> None:
     fault = Fault("moving", 0.0, happen=lambda nodes: nodes[3].drive.set_state(State.enabled))
     with pytest.raises(BackendError, match=r"node 4 \(cable 4\): is in operation enabled already"):
         SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
@@ -407,7 +394,7 @@ def test_a_drive_that_somebody_else_moves_is_left_alone(
     ],
 )  # fmt: skip
 def test_what_is_wired_otherwise_is_refused(
-    change: dict[str, str], words: str, robot: cdprcal.Robot, plan: cdprcal.Plan
+    change: dict[str, str], words: str, robot: Robot, plan: cdprcal.Plan
 ) -> None:
     # The simulated drives are wired as the example says, whatever the session does.
     session = example_session(**change)
@@ -455,7 +442,7 @@ def answers(abort: int, index: int) -> Callable[[int, bytes], bytes]:
 def test_nodes_that_do_not_obey_while_they_are_set_up(
     tamper: Callable[[int, bytes], bytes | None],
     words: str,
-    robot: cdprcal.Robot,
+    robot: Robot,
     plan: cdprcal.Plan,
 ) -> None:
     fault = Fault("set-up", 0.0, from_nodes=tamper)
@@ -463,7 +450,7 @@ def test_nodes_that_do_not_obey_while_they_are_set_up(
         SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
 
 
-def test_a_drive_without_abort_option_is_noted(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+def test_a_drive_without_abort_option_is_noted(robot: Robot, plan: cdprcal.Plan) -> None:
     fault = Fault("set-up", 0.0, from_nodes=answers(0x06020000, 0x6007))
     backend = SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
     backend.stop()
@@ -473,7 +460,7 @@ def test_a_drive_without_abort_option_is_noted(robot: cdprcal.Robot, plan: cdprc
 
 @pytest.mark.parametrize("brakes", ["true", "false"])
 def test_a_drive_that_does_not_obey_is_stopped_by_silence(
-    brakes: str, robot: cdprcal.Robot, plan: cdprcal.Plan
+    brakes: str, robot: Robot, plan: cdprcal.Plan
 ) -> None:
     """Three cycles of quick stops that one drive does not hear: NMT stop, and no heartbeat."""
     session = example_session(**{"brakes: true": f"brakes: {brakes}"})
@@ -500,15 +487,13 @@ def test_a_drive_that_does_not_obey_is_stopped_by_silence(
     assert backend._clock.now_s() - began_s < 0.05
 
 
-def test_a_silent_ahrs_is_said_before_anything_moves(
-    robot: cdprcal.Robot, plan: cdprcal.Plan
-) -> None:
+def test_a_silent_ahrs_is_said_before_anything_moves(robot: Robot, plan: cdprcal.Plan) -> None:
     fault = Fault("AHRS", 0.0, serial=lambda data: b"")
     with pytest.raises(BackendError, match="AHRS on simulated: does not answer"):
         SimulatedSession.connect(example_session(), robot, plan, armed=True, fault=fault)
 
 
-def test_session_and_robot_must_fit(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+def test_session_and_robot_must_fit(robot: Robot, plan: cdprcal.Plan) -> None:
     for change, words in (
         ({"robot: irma4": "robot: irma8"}, "is of robot irma8, not of irma4"),
         ({"[10, 420]": "[30, 420]"}, r"limits\.tension_N\[#1\]: 30 N must be 0 to 20"),
@@ -518,7 +503,7 @@ def test_session_and_robot_must_fit(robot: cdprcal.Robot, plan: cdprcal.Plan) ->
 
 
 def test_a_drive_that_does_not_enable_is_said_in_the_log(
-    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+    robot: Robot, plan: cdprcal.Plan, tmp_path: Path
 ) -> None:
     path = tmp_path / "run.csv"
     fault = Fault("deaf", 0.0, to_nodes=lambda i, data: None if i == 0x203 else data)
@@ -705,7 +690,7 @@ def test_limits_of_a_real_robot_are_confirmed(
 
 
 def test_the_operator_stops_a_robot_that_is_being_armed(
-    robot: cdprcal.Robot, plan: cdprcal.Plan, tmp_path: Path
+    robot: Robot, plan: cdprcal.Plan, tmp_path: Path
 ) -> None:
     """In the first read, while cables are wiggled; the run ends as any that the operator stops."""
     backend = SimulatedSession.connect(example_session(), robot, plan, armed=True)
@@ -718,7 +703,7 @@ def test_the_operator_stops_a_robot_that_is_being_armed(
     assert 1.5 < backend._clock.now_s() - begin_s < 2.0
 
 
-def test_simulated_drives_need_no_confirmation(robot: cdprcal.Robot, plan: cdprcal.Plan) -> None:
+def test_simulated_drives_need_no_confirmation(robot: Robot, plan: cdprcal.Plan) -> None:
     backend = SimulatedSession.connect(example_session(), robot, plan, armed=True)
     devices.confirm(backend, yes=False)
     backend.stop()

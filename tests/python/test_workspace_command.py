@@ -282,7 +282,7 @@ def test_ctrl_c_leaves_what_was_found(
 
         yield show
 
-    monkeypatch.setattr("cdprcal.cli.progress.progress_bar", bar_with_ctrl_c)
+    monkeypatch.setattr("cdprcal.terminal.progress_bar", bar_with_ctrl_c)
     path = tmp_path / "part.ply"
     document = cli("workspace", "irma4", "-o", path, "--json").document(1)
     assert not document["complete"]
@@ -322,12 +322,6 @@ def test_wrong_use_is_refused(
     arguments, words = BAD[case]
     assert_refused(cli("workspace", "irma4", *arguments), *words)
     assert not list(tmp_path.iterdir()), "nothing is written"
-
-
-@pytest.mark.parametrize("count", [1, 2])
-def test_other_numbers_of_cables_are_refused(cli: Cli, tmp_path: Path, count: int) -> None:
-    path = robot_file(polygon_robot(count), tmp_path)
-    assert_refused(cli("workspace", path), "needs 3 cables or more", f"not {count}")
 
 
 def test_limits_that_hold_nothing_are_an_empty_workspace(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import cdprcal
 from cdprcal.hardware import BackendError
-from cdprcal.hardware.attitude import Attitude
+from cdprcal.hardware.backend import Attitude
 from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.drives.backend import FieldbusBackend
 from cdprcal.hardware.drives.canopen_bus import NoSuchObjectError

@@ -42,6 +42,14 @@ def example_session(**changes: str) -> Session:
     return session_of(text)
 
 
+def ethercat_session(interface: str) -> Session:
+    """The example on a real bus of EtherCAT."""
+    canopen = "{type: canopen, interface: virtual, channel: irma4}"
+    text = EXAMPLE.read_text().replace(canopen, f"{{type: ethercat, interface: {interface}}}")
+    text = text.replace("simulated: {}", "").replace("port: simulated", "port: x")
+    return parse_session(text, "session")
+
+
 #: For runs in which something happens at a time: they begin at once.
 AT_ONCE = {"brakes: true": "brakes: true, wiggle_m: 0"}
 #: Counts much finer than the sensors.

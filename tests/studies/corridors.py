@@ -25,7 +25,7 @@ import numpy as np
 import cdprcal
 from cdprcal.studies import add_worker_options, stream, workers_of
 from guarded import start_up
-from hidden_effects import drawn_effects
+from robots import drawn_effects
 
 MOST_M = 0.02
 MARGIN_M = 0.1  #: what ``acquire`` has unless told otherwise

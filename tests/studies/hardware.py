@@ -33,10 +33,10 @@ from cdprcal.acquisition import Guide, acquire, start_up_plan
 from cdprcal.acquisition import monitor as monitor_module
 from cdprcal.acquisition.beside import Beside, LogBeside
 from cdprcal.acquisition.monitor import Monitor
+from cdprcal.hardware.connect import leave_priority, take_priority
 from cdprcal.hardware.drives.backend import FieldbusBackend
 from cdprcal.hardware.drives.canopen_bus import CanopenFieldbus, open_can_bus
 from cdprcal.hardware.drives.fieldbus import RealClock
-from cdprcal.hardware.real_time import leave_priority, take_priority
 from cdprcal.hardware.session import CanopenBus
 from cdprcal.hardware.simulated import start_of
 from cdprcal.hardware.xsens import measurement as mt

@@ -32,7 +32,7 @@ import numpy as np
 import cdprcal
 from cdprcal.io import load_log
 from cdprcal.testing.simulated_devices.faults import Fault, fault_kinds
-from hidden_effects import drawn_effects
+from robots import drawn_effects
 from winch_bus import random_fault, small_plan
 from winch_hazards import ALL, MODES, SESSION, Hazard, Stopped, attempt
 

@@ -26,7 +26,7 @@ import cdprcal
 from cdprcal.acquisition import Guide, acquire, start_up_options, start_up_plan
 from cdprcal.hardware.simulated import SimulatedBackend
 from cdprcal.io import AcquisitionInputs, open_live_log
-from hidden_effects import drawn_effect
+from robots import drawn_effect
 
 PAIRS = (
     ("mass", "external_force"),

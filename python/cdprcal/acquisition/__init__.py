@@ -2,8 +2,7 @@
 
 from cdprcal.acquisition.guide import Estimate, Guide, parse_accuracy
 from cdprcal.acquisition.pose_guard import PoseGuard
-from cdprcal.acquisition.power_on import PowerOn
-from cdprcal.acquisition.procedure import Acquired, acquire, start_up_options
+from cdprcal.acquisition.procedure import Acquired, PowerOn, acquire, start_up_options
 from cdprcal.planning.start_up import start_up_plan
 
 __all__ = [

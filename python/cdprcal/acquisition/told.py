@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cdprcal import _core
-from cdprcal.diagnosis.said import in_words
+from cdprcal.diagnosis.document import in_words
 
 #: Evidence for an effect that a few more rests will not take away [nat].
 _DECISIVE = 10.0

@@ -68,8 +68,7 @@ def check_gravity(subject: Subject) -> None:
         f"the specific force is {middle:.3g} m/s2 in the middle, where gravity alone is "
         f"{gravity:.3g}",
         "log what the accelerometer reads, gravity included, in m/s2 (a mapping file turns units)",
-        begin=0,
-        end=1,
+        at=(0, 1),
         channel="specific_force_x_m_s2",
     )
 
@@ -82,8 +81,7 @@ def _report_upside_down(subject: Subject, channel: Channel) -> None:
         "sensor have opposite z axes",
         "fine where the robot file has its anchors in a frame whose z points down; otherwise turn "
         "the readings over",
-        begin=0,
-        end=1,
+        at=(0, 1),
         channel=channel.name,
     )
 
@@ -110,15 +108,13 @@ def _check_limit(
         "impossible_value",
         f"{channel.name} reaches {worst:.4g} {unit}, beyond {limit:.3g} {unit} ({why})",
         remedy,
-        begin=beyond[0][0],
-        end=beyond[0][1],
+        at=beyond[0],
         channel=channel.name,
     )
 
 
 def report_marks(subject: Subject, channel: Channel, marks: dict[int, int]) -> None:
     """That numbers of a channel (how often each stands in it) are no readings."""
-    begin, end = stretches(np.isin(channel.values, list(marks)))[0]
     said = ", ".join(f"{mark} ({count} times)" for mark, count in marks.items())
     subject.add(
         "error",
@@ -126,8 +122,7 @@ def report_marks(subject: Subject, channel: Channel, marks: dict[int, int]) -> N
         f"{channel.name} holds {said}, far from all that is read beside it: it seems to say that "
         "nothing was read",
         f"leave these cells empty, or give a mapping file with missing: {list(marks)}",
-        begin=begin,
-        end=end,
+        at=stretches(np.isin(channel.values, list(marks)))[0],
         channel=channel.name,
     )
 
@@ -222,8 +217,7 @@ def _report_spikes(subject: Subject, channel: Channel, index: np.ndarray, spikes
         f"stand{'s' if samples.size == 1 else ''} out of those before and after, first at "
         f"{subject.time_s[samples[0]]:g} s",
         "look for a loose plug or interference; calibrate and diagnose leave such readings out",
-        begin=int(samples[0]),
-        end=int(samples[0]) + 1,
+        at=(int(samples[0]), int(samples[0]) + 1),
         channel=channel.name,
     )
 
@@ -246,8 +240,7 @@ def _report_vibration(subject: Subject, channel: Channel, index: np.ndarray, rin
         f"{channel.name} vibrates, faster than the platform can move, {len(places)} times, first "
         f"at {subject.time_s[first]:g} s",
         "look for a slack cable or a loose pulley; samples at rest do not mind",
-        begin=first,
-        end=first + 1,
+        at=(first, first + 1),
         channel=channel.name,
     )
 
@@ -272,8 +265,7 @@ def _report_jumps(
         message,
         "look for a slipping cable, a lost encoder count or a loose plug; poses before and after "
         "do not share one offset",
-        begin=samples[0],
-        end=samples[0] + 1,
+        at=(samples[0], samples[0] + 1),
         channel=channel.name,
     )
 

@@ -93,15 +93,13 @@ def _check_channel(subject: Subject, name: str, read: np.ndarray | None) -> None
         return
     dropouts = stretches(~read)
     if dropouts:
-        longest = longest_of(dropouts)
         subject.add(
             "warning",
             "dropout",
             f"{name} drops out {counted(len(dropouts), 'time')}, "
             f"{duration_s(subject, dropouts):.3g} s in all",
             "poses in these intervals do without this channel",
-            begin=longest[0],
-            end=longest[1],
+            at=longest_of(dropouts),
             channel=name,
         )
 
@@ -132,8 +130,7 @@ def check_stuck(subject: Subject, signals: Sequence[SignalReport]) -> None:
                 f"{subject.time_s[begin]:g} s to {subject.time_s[end - 1]:g} s while the "
                 "platform moves",
                 "check the sensor; leave its cells empty to calibrate without it",
-                begin=begin,
-                end=end,
+                at=(begin, end),
                 channel=channel.name,
             )
         if not coarse:
@@ -148,8 +145,7 @@ def check_stuck(subject: Subject, signals: Sequence[SignalReport]) -> None:
                 f"{channel.name} reads in steps of {step:.3g} {unit}, coarser than its noise",
                 "look for a finer range or format of the sensor; a mean of its readings may be "
                 f"off by {step / 2.0:.3g} {unit}",
-                begin=begin,
-                end=end,
+                at=(begin, end),
                 channel=channel.name,
             )
 

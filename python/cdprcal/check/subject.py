@@ -102,12 +102,12 @@ class Subject:
         message: str,
         remedy: str,
         *,
-        begin: int | None = None,
-        end: int | None = None,
+        at: int | tuple[int, int] | None = None,
         whole: bool = False,
         channel: str | None = None,
     ) -> None:
-        """Notes a finding; begin and end (exclusive) are samples of the run, whole is all of it."""
+        """Notes a finding; at: a sample of the run, or from one to before another; whole: all."""
+        begin, end = at if isinstance(at, tuple) else (at, None)
         if whole:
             begin, end = 0, self.time_s.size
         where = None if begin is None else self.run.start + begin

@@ -68,8 +68,7 @@ def _check_placeholder(subject: Subject, channel: Channel) -> Flags:
         f"{counted(int(np.count_nonzero(flags)), 'sample')}: "
         "a cable cannot push",
         "does it stand for no reading? leave such cells empty",
-        begin=longest[0],
-        end=longest[1],
+        at=longest,
         channel=channel.name,
     )
     return flags
@@ -91,8 +90,7 @@ def _check_slack(subject: Subject, channel: Channel) -> Flags:
                 "a cable cannot push",
                 "is the load cell's sign reversed, or its zero far off? in the canonical log "
                 "the tension of a taut cable is positive",
-                begin=longest[0],
-                end=longest[1],
+                at=longest,
                 channel=channel.name,
             )
             return flags
@@ -103,8 +101,7 @@ def _check_slack(subject: Subject, channel: Channel) -> Flags:
             f"{_lasting(subject, places)}, down to {np.nanmin(channel.values):.3g} N",
             "a slack cable's length and swivel angle say nothing; raise its least tension and log "
             "again",
-            begin=longest[0],
-            end=longest[1],
+            at=longest,
             channel=channel.name,
         )
     return flags
@@ -126,8 +123,7 @@ def _check_saturated(subject: Subject, channel: Channel) -> Flags:
             f"{channel.name} is saturated at {np.nanmax(values):.4g} N "
             f"{_lasting(subject, places)} (limit {subject.robot.tension_max_N:g} N)",
             "the true tension is unknown there; lower the tensions or check the load cell's range",
-            begin=longest[0],
-            end=longest[1],
+            at=longest,
             channel=channel.name,
         )
     return flags
@@ -147,15 +143,13 @@ def _check_limits(subject: Subject, channel: Channel, rest: Flags) -> None:
         flags = rest & (channel.values < robot.tension_min_N - margin)
     places = stretches(flags)
     if places:
-        longest = longest_of(places)
         subject.add(
             "warning",
             "tension_outside_limits",
             f"{channel.name} is below the robot's {robot.tension_min_N:g} N "
             f"{_lasting(subject, places)}, down to {np.min(channel.values[flags]):.3g} N",
             "check the set-points and the tension control",
-            begin=longest[0],
-            end=longest[1],
+            at=longest_of(places),
             channel=channel.name,
         )
 
@@ -176,8 +170,7 @@ def _check_setpoints(subject: Subject) -> None:
                 f"{name} is outside the robot's [{robot.tension_min_N:g}, "
                 f"{robot.tension_max_N:g}] N for {duration_s(subject, places):.3g} s",
                 "correct the set-points, or the limits in the robot file",
-                begin=places[0][0],
-                end=places[0][1],
+                at=places[0],
                 channel=name,
             )
 

@@ -24,7 +24,7 @@ def check_segments(subject: Subject, segments: list[_core.SampleRange], chosen: 
             "segment, so that nearly every sample is a segment of its own",
             "is it in milliseconds or nanoseconds? the canonical log has seconds (time_s); else "
             "log at 10 Hz or more",
-            begin=segments[1].begin - subject.run.start,
+            at=segments[1].begin - subject.run.start,
             channel="time_s",
         )
         return
@@ -37,7 +37,7 @@ def check_segments(subject: Subject, segments: list[_core.SampleRange], chosen: 
             f"no samples for {after - before:.4g} s from {before:g} s: segment {number} begins "
             f"at {after:g} s",
             f"segment {chosen} is taken as the run; choose another with --segment",
-            begin=segment.begin - subject.run.start,
+            at=segment.begin - subject.run.start,
         )
     longest = int(np.argmax([len(segment) for segment in segments]))
     if len(segments[longest]) > len(segments[chosen]):
@@ -61,7 +61,7 @@ def check_sampling(subject: Subject) -> None:
             "too_few_samples",
             f"the run has {counted(time.size, 'sample')} in {length_s:.3g} s",
             f"log for longer than the {window_s:g} s that a rest must last to be seen",
-            begin=0,
+            at=0,
         )
         return
     steps = np.diff(time)
@@ -74,5 +74,5 @@ def check_sampling(subject: Subject) -> None:
             f"samples are missing at {counted(missing.size, 'place')} of the run, the longest for "
             f"{steps[worst]:.3g} s after {time[worst]:g} s (usual period {subject.period_s:.3g} s)",
             "harmless while the platform rests; else look for a busy logger",
-            begin=worst,
+            at=worst,
         )

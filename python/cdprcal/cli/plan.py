@@ -161,12 +161,11 @@ def command(
     set-points are what its load cells will read, poses are where its platform will rest.
     """
     from cdprcal import _core
-    from cdprcal.cli.progress import progress_bar
     from cdprcal.io.files import write_text
     from cdprcal.io.replacing import signed
     from cdprcal.planning import plan_as_dict
     from cdprcal.planning.table import print_plan
-    from cdprcal.terminal import notes, say
+    from cdprcal.terminal import notes, progress_bar, say
 
     keep_apart({"-o": output, "--plot": plot}, {"robot file": robot, "--effects": effects or []})
     keep_existing({"plan": output, "picture": plot}, force=force)
@@ -258,8 +257,8 @@ def _with_more(
     import numpy as np
 
     from cdprcal import _core
-    from cdprcal.cli.progress import progress_bar
     from cdprcal.diagnosis.foresight import positions_that_show
+    from cdprcal.terminal import progress_bar
 
     with progress_bar() as shown:
         more = positions_that_show(robot, result.plan, result.box, asked, progress=shown)

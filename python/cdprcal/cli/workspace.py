@@ -119,9 +119,8 @@ def command(
     effects that the robot file lists; forces and sensor errors do not count here.
     """
     from cdprcal import _core
-    from cdprcal.cli.progress import progress_bar
     from cdprcal.io.files import atomic_output
-    from cdprcal.terminal import notes, say
+    from cdprcal.terminal import notes, progress_bar, say
     from cdprcal.workspace import round_step_m, workspace_as_dict
     from cdprcal.workspace.table import print_workspace
 

@@ -9,8 +9,8 @@ import numpy as np
 from rich.text import Text
 
 from cdprcal import _core
+from cdprcal.diagnosis.document import value_shape
 from cdprcal.diagnosis.plots import CABLES, OTHER
-from cdprcal.diagnosis.shapes import value_shape
 from cdprcal.diagnosis.table import place_of
 from cdprcal.diagnosis.units import for_people
 from cdprcal.pictures import new_figure

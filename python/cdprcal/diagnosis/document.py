@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
 from cdprcal import _core
-from cdprcal.diagnosis.shapes import value_shape
 from cdprcal.diagnosis.units import GAP_CHANNELS
 from cdprcal.findings import Finding
 from cdprcal.results import number, numbers, pose_as_dict, residual_as_dict
@@ -243,3 +242,22 @@ def named_values(info: _core.EffectInfo, values: Any, cables: int, runs: int) ->
         plain = numbers(own) if own.ndim > 1 else [number(v) for v in own.tolist()]
         named[parameter.name] = plain if runs > 1 else plain[0]
     return named
+
+
+def in_words(told: Mapping[str, Any]) -> str:
+    """One line for people of ``verdict``, ``faults`` and ``effects``, as logs have them."""
+    said = [*told["faults"]]
+    for effect in told["effects"]:
+        alike = f", or {', '.join(effect['rivals'])}" if effect["rivals"] else ""
+        said.append(f"{effect['name']} ({effect['log_evidence']:.0f} nats{alike})")
+    return f"{told['verdict']}: {'; '.join(said) or 'no effect found'}"
+
+
+def value_shape(shape: _core.ParameterShape, cables: int) -> tuple[int, ...]:
+    """The nesting in a robot file: () a number, (cables,), (3,) or (cables, 3)."""
+    return {
+        _core.ParameterShape.scalar: (),
+        _core.ParameterShape.per_cable: (cables,),
+        _core.ParameterShape.vector3: (3,),
+        _core.ParameterShape.per_cable_vector3: (cables, 3),
+    }[shape]

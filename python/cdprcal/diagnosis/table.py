@@ -10,9 +10,8 @@ from rich.console import Console
 from rich.text import Text
 
 from cdprcal import _core
-from cdprcal.diagnosis.document import TRUSTED
+from cdprcal.diagnosis.document import TRUSTED, value_shape
 from cdprcal.diagnosis.plots import gap_panels, gap_steps
-from cdprcal.diagnosis.shapes import value_shape
 from cdprcal.diagnosis.units import GAP_CHANNELS, for_people
 from cdprcal.results import number
 from cdprcal.sensors import CHANNELS

@@ -51,11 +51,7 @@ class SimulatedBackend:
             placed = self._simulator.reset(tension_N)
         else:
             placed = self._simulator.reset_held(pose, tension_N)
-        if not placed.found:
-            raise InputError(
-                f"{robot.name}: cannot hang at its initial tensions: {placed.reason}; make a plan "
-                "of this robot"
-            )
+        require_hanging(robot, placed)
         self._tick = 0
         self._began = time.monotonic()
 
@@ -127,6 +123,15 @@ class SimulatedBackend:
     def truth(self) -> PlantTruth:
         """What the sensors do not say, at the time of the latest sample."""
         return self._simulator.truth()
+
+
+def require_hanging(robot: _core.Robot, placed: _core.RestResult) -> None:
+    """Raises InputError when a simulator found no rest to begin from."""
+    if not placed.found:
+        raise InputError(
+            f"{robot.name}: cannot hang at its initial tensions: {placed.reason}; make a plan "
+            "of this robot"
+        )
 
 
 def start_of(robot: _core.Robot, plan: _core.Plan, seed: int) -> NDArray[np.float64]:

@@ -11,13 +11,14 @@ import math
 import queue
 import threading
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from cdprcal import _core
 from cdprcal._core import RobotSample, StartUpCommand, StartUpState
 from cdprcal.acquisition.pose_guard import Place
 from cdprcal.acquisition.procedure import STATES
+from cdprcal.local_page import LocalServer, Messages
 
 Message = dict[str, Any]
 
@@ -225,3 +226,22 @@ class LiveRun:
 def finite(value: float, digits: int = 6) -> float | None:
     """A rounded finite number, or None."""
     return round(float(value), digits) if math.isfinite(value) else None
+
+
+class LiveServer(LocalServer):
+    """Serves the page while its context lasts.
+
+    messages: called once for every page that is opened. stop: what the page's stop button does;
+    None: there is no such button, and nothing that the page asks for changes anything. port: 0 is
+    any that is free. Raises InputError when the port cannot be had.
+    """
+
+    def __init__(
+        self, messages: Messages, *, port: int = 0, stop: Callable[[], None] | None = None
+    ) -> None:
+        def act(_: Any) -> None:
+            if stop is not None:
+                stop()
+
+        actions = {} if stop is None else {"/stop": act}
+        super().__init__("cdprcal.live", port=port, messages=messages, actions=actions)

@@ -19,10 +19,9 @@ from cdprcal.io.log_file import cut_off
 from cdprcal.io.marks import marks_in, without
 from cdprcal.io.sample_order import later_than_all_before
 from cdprcal.mapping.common_time import nearest, shared_stamps
-from cdprcal.mapping.counter import unwrapped
 from cdprcal.mapping.delimited import is_number
 from cdprcal.mapping.document import GROUPS, QUATERNIONS, Group, Map, Time, load_map
-from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable
+from cdprcal.mapping.raw import Column, DelimitedForm, Floats, RawTable, unwrapped
 from cdprcal.mapping.read import read_raw
 from cdprcal.mapping.units import factor
 

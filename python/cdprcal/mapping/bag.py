@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from cdprcal._core import InputError
-from cdprcal.io.files import reason, shown_path, shown_text
+from cdprcal.io.files import shown_path, shown_text
 from cdprcal.mapping.raw import MOST_WIDE, Column, RawTable
-from cdprcal.ros2.storage import messages
+from cdprcal.ros2.storage import damage_named, messages
 
 _SKIPPED = {"header", "layout", "__msgtype__"}
 
@@ -54,7 +54,7 @@ def read_bag(path: Path) -> RawTable:
     store = get_typestore(Stores.ROS2_HUMBLE)
     types: dict[str, str] = {}
     taken = Messages()
-    try:
+    with damage_named(name, lambda error: f" ({shown_text(str(error))})"):
         for _ in messages(path, {}, types):
             pass
         wanted = {topic: kind for topic, kind in types.items() if kind in store.fielddefs}
@@ -65,15 +65,6 @@ def read_bag(path: Path) -> RawTable:
             flat: dict[str, float] = {}
             _flatten("", message, flat)
             taken.add(topic, stamped or recorded, flat)
-    except InputError:
-        raise
-    except OSError as error:
-        raise InputError(f"{name}: cannot be read: {reason(error)}") from None
-    except Exception as error:  # damaged bytes make the libraries fail in any way
-        raise InputError(
-            f"{name}: is no whole ROS 2 bag ({shown_text(str(error))}); repair one that was cut "
-            "with `ros2 bag reindex` or `mcap recover`"
-        ) from None
     columns = taken.columns()
     if not columns:
         there = ", ".join(f"{t} ({k})" for t, k in sorted(types.items())) or "nothing"

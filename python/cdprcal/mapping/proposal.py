@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from cdprcal.io.files import shown_path
@@ -29,14 +29,7 @@ class Line:
 
     def as_dict(self) -> dict[str, Any]:
         """The line as plain data."""
-        return {
-            "name": self.name,
-            "columns": list(self.columns),
-            "unit": self.unit,
-            "sign": list(self.sign),
-            "sure": self.sure,
-            "why": self.why,
-        }
+        return {key: at for key, at in asdict(self).items() if key not in ("rivals", "has_scale")}
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,9 @@ from cdprcal.io.mcap_records import MCAP_MAGIC
 from cdprcal.mapping.arrow import FEATHER_MAGICS, PARQUET_MAGIC, read_arrow
 from cdprcal.mapping.bag import read_bag
 from cdprcal.mapping.delimited import read_delimited
-from cdprcal.mapping.hdf5 import HDF5_MAGIC, read_hdf5
+from cdprcal.mapping.hdf5 import HDF5_MAGIC, read_hdf5, read_mat
 from cdprcal.mapping.json_lines import holds_json_lines, read_json_lines
 from cdprcal.mapping.json_table import read_json_table
-from cdprcal.mapping.matlab import read_mat
 from cdprcal.mapping.mcap_json import read_mcap_json
 from cdprcal.mapping.one_a_row import one_a_row_in_text
 from cdprcal.mapping.raw import DelimitedForm, RawTable

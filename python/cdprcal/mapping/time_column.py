@@ -9,9 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from cdprcal.mapping.common_time import shared_stamps
-from cdprcal.mapping.counter import unwrapped
 from cdprcal.mapping.proposal import PLUS, Line
-from cdprcal.mapping.raw import Floats, RawTable
+from cdprcal.mapping.raw import Floats, RawTable, unwrapped
 from cdprcal.mapping.recognise import Name
 from cdprcal.mapping.units import UNITS, unit_named
 

@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
-from cdprcal.diagnosis.document import TRUSTED
+from cdprcal.diagnosis.document import TRUSTED, in_words
 from cdprcal.diagnosis.plots import gap_panels, gap_steps
-from cdprcal.diagnosis.said import in_words
 from cdprcal.diagnosis.table import (
     LEFT_OVER,
     believable,

@@ -19,10 +19,10 @@ from cdprcal._core import InputError, Log
 from cdprcal.findings import Finding
 from cdprcal.hardware.session import Ros2
 from cdprcal.hardware.xsens.measurement import rotation_from_quaternion, rotation_from_zyx_deg
-from cdprcal.io.files import begins_with, reason, shown_path, shown_text
+from cdprcal.io.files import begins_with, shown_path, shown_text
 from cdprcal.io.loaded import LogFile
 from cdprcal.io.mcap_records import MCAP_MAGIC, CutError, DamagedError
-from cdprcal.ros2.storage import SQLITE_MAGIC, StorageError, is_protected, messages
+from cdprcal.ros2.storage import SQLITE_MAGIC, StorageError, damage_named, is_protected, messages
 from cdprcal.ros2.topics import JOINT_STATE, length_joints, swivel_joints, wanted_types
 from cdprcal.sensors import MOST_CABLES, feels_gravity
 
@@ -128,7 +128,14 @@ def _read(path: Path, name: str, topics: Ros2) -> tuple[Messages, str]:
     read: Messages = {}
     types: dict[str, str] = {}
     topic = ""
-    try:
+
+    def said(error: Exception) -> str:
+        where = f" after a message on {shown_text(topic)}" if topic else ""
+        known = isinstance(error, StorageError | DamagedError | CutError)
+        parts = ("" if known else type(error).__name__, shown_text(str(error)))
+        return f"{where} ({': '.join(filter(None, parts))})"
+
+    with damage_named(name, said):
         for topic, recorded, data in messages(path, wanted, types):
             kind = wanted[topic]
             if types[topic] != kind:
@@ -139,22 +146,6 @@ def _read(path: Path, name: str, topics: Ros2) -> tuple[Messages, str]:
             stamp = message.header.stamp
             taken = stamp.sec * 1_000_000_000 + stamp.nanosec
             read.setdefault(topic, []).append((taken or recorded, message))
-    except InputError:
-        raise
-    except OSError as error:
-        raise InputError(f"{name}: cannot be read: {reason(error)}") from None
-    except Exception as error:  # damaged bytes make the libraries fail in any way
-        where = f" after a message on {shown_text(topic)}" if topic else ""
-        kind = (
-            ""
-            if isinstance(error, StorageError | DamagedError | CutError)
-            else type(error).__name__
-        )
-        said = ": ".join(part for part in (kind, shown_text(str(error))) if part)
-        raise InputError(
-            f"{name}: is no whole ROS 2 bag{where} ({said}); repair one "
-            "that was cut with `ros2 bag reindex` or `mcap recover`"
-        ) from None
     return read, _listed(sorted(types)) or "nothing"
 
 

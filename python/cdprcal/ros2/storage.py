@@ -12,11 +12,13 @@ import hashlib
 import mmap
 import sqlite3
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path, PurePath
 from typing import Any
 
-from cdprcal.io.files import begins_with, in_words
+from cdprcal._core import InputError
+from cdprcal.io.files import begins_with, in_words, reason
 from cdprcal.io.mcap_records import (
     MCAP_MAGIC,
     MOST_CHUNK_BYTES,
@@ -41,6 +43,22 @@ _MOST_USED = 1 << 30
 
 class StorageError(Exception):
     """What is stored is damaged, or none of these."""
+
+
+@contextmanager
+def damage_named(name: str, said: Callable[[Exception], str]) -> Iterator[None]:
+    """Raises InputError for all that reading a bag raises; ``said``: of what the libraries do."""
+    try:
+        yield
+    except InputError:
+        raise
+    except OSError as error:
+        raise InputError(f"{name}: cannot be read: {reason(error)}") from None
+    except Exception as error:  # damaged bytes make the libraries fail in any way
+        raise InputError(
+            f"{name}: is no whole ROS 2 bag{said(error)}; repair one that was cut with "
+            "`ros2 bag reindex` or `mcap recover`"
+        ) from None
 
 
 def messages(

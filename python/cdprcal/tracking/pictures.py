@@ -9,7 +9,7 @@ import numpy as np
 
 from cdprcal import _core
 from cdprcal.pictures import new_figure, save_figure
-from cdprcal.tracking.deviations import deviations
+from cdprcal.tracking.document import deviations
 
 _NAMES = (("x", "y", "z"), ("roll", "pitch", "yaw"))
 

@@ -27,7 +27,8 @@ def _commands(case: Case, path: Path, out: Path, valid: Valid) -> list[list[str]
         tolerant = [["check", "irma4", file], ["import", file, "-o", to + ".csv"]]
         if case.big and case.said:
             tolerant = tolerant[1:]
-        strict = [["calibrate", "irma4", file, "-o", to], ["diagnose", "irma4", file, "-o", to]]
+        strict = [["calibrate", "irma4", file, "--json", "-o", to]]
+        strict += [["diagnose", "irma4", file, "-o", to]]
         return tolerant if case.said else [*tolerant, *strict]
     if case.kind == "bag":
         return [["import", file, "--robot", "irma4", "-o", to + ".csv"]]

@@ -135,6 +135,10 @@ CASES = (
     Case("csv", "NUL at the end", lambda d: d + b"\0" * 4096, "NUL|nul_padding", said=True),
     Case("csv", "cut in the last row", lambda d: d[:-150], "cut", said=True),
     Case("csv", "time goes back", cell(30, 1, "0"), "time.*30|:30: column time_s", said=True),
+    *(
+        Case("csv", f"time goes back, to {by}", cell(30, 1, "0"), ":30: .*time_s.*incr", command=by)
+        for by in ("calibrate", "import")
+    ),
     Case(
         "csv",
         "time stands",

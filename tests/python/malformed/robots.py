@@ -2,7 +2,19 @@
 
 from __future__ import annotations
 
-from malformed.case import PNG, TEN_MILLION, Case, Change, cut, insert, line, only, sub, swap
+from malformed.case import (
+    PNG,
+    TEN_MILLION,
+    Case,
+    Change,
+    aliases,
+    cut,
+    insert,
+    line,
+    only,
+    sub,
+    swap,
+)
 
 HERE = r":\d+:\d+: .*"
 
@@ -13,12 +25,6 @@ def _field(name: str, change: Change, words: str) -> Case:
 
 def _effect(name: str, text: str, words: str) -> Case:
     return _field(name, lambda data: data + b"effects:\n" + text.encode(), words)
-
-
-def _aliases(data: bytes) -> bytes:
-    """2^60 lists in a few lines."""
-    steps = [f"a{i}: &a{i} [*a{i - 1}, *a{i - 1}]" for i in range(1, 60)]
-    return data + "\n".join(["a0: &a0 [1, 1]", *steps, ""]).encode()
 
 
 SCALARS = {
@@ -85,7 +91,17 @@ CASES = (
         sub(r"^cables:.*?(?=^tension)", "cables: [" + "1," * 100_000 + "1]\n"),
         "cables",
     ),
-    _field("zero axis", swap("swivel_axis: [1, 0, 0]", "swivel_axis: [0, 0, 0]"), "swivel_axis"),
+    _field("gravity is NaN", swap("9.81", ".nan"), "gravity_m_s2"),
+    _field(
+        "zero axis",
+        swap("swivel_axis: [1, 0, 0]", "swivel_axis: [0, 0, 0]"),
+        r"cables\[#1\]\.pulley\.swivel_axis",
+    ),
+    _field(
+        "anchor of two numbers",
+        sub(r"platform_anchor_m: \[[^]]*\]", "platform_anchor_m: [0, 0]"),
+        r"cables\[#1\]\.platform_anchor_m",
+    ),
     _field(
         "parallel axes", swap("x_axis: [0, 0, -1]", "x_axis: [1, 0, 0]"), r"pulley\.x?_?axis|axis"
     ),
@@ -114,7 +130,7 @@ CASES = (
     _field("cut at a key", cut(0.12), "."),
     _field("two documents", lambda data: data + b"---\n" + data, "second document"),
     _field("unknown anchor", swap("12.992", "*mass"), "not YAML"),
-    _field("aliases of aliases", _aliases, "unknown key"),
+    _field("aliases of aliases", aliases, "unknown key"),
     _field("a list that holds itself", swap("[0, 0, 0.173]", "&a [*a, *a, *a]"), "."),
     _field("10,000 lists in lists", swap("12.992", "[" * 10_000 + "]" * 10_000), "nested|YAML"),
     _field("10,000 mappings in mappings", only(b"{a: " * 10_000), "nested|YAML|unknown"),

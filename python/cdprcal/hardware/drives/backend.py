@@ -15,8 +15,7 @@ import numpy as np
 
 from cdprcal import _core
 from cdprcal._core import RobotSample, StartUpCommand
-from cdprcal.hardware.attitude import Attitude, AttitudeSource
-from cdprcal.hardware.backend import BackendError
+from cdprcal.hardware.backend import Attitude, AttitudeSource, BackendError
 from cdprcal.hardware.drives import cia402
 from cdprcal.hardware.drives.bounds import check_session, stop_of
 from cdprcal.hardware.drives.canopen_bus import NoSuchObjectError

@@ -9,8 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from cdprcal.hardware.attitude import Attitude
-from cdprcal.hardware.backend import BackendError
+from cdprcal.hardware.backend import Attitude, BackendError
 from cdprcal.hardware.session import Ahrs
 from cdprcal.hardware.xsens import measurement as mt
 from cdprcal.hardware.xsens.frames import Frame, FrameReader, encode

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from cdprcal import _core
-from cdprcal.diagnosis.shapes import value_shape
+from cdprcal.diagnosis.document import value_shape
 from cdprcal.testing.blind_bench import faults
 from cdprcal.testing.blind_bench.families import FAMILIES, NOISES, Family
 from cdprcal.testing.blind_bench.machines import Machine, Scale

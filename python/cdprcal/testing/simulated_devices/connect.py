@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import time
 from typing import Self
 
 from cdprcal import _core
 from cdprcal._core import InputError
-from cdprcal.hardware.attitude import AttitudeSource
+from cdprcal.hardware.backend import Attitude, AttitudeSource
 from cdprcal.hardware.drives.backend import FieldbusBackend
 from cdprcal.hardware.drives.bounds import check_session
 from cdprcal.hardware.drives.canopen_bus import CanopenFieldbus, open_can_bus
@@ -15,7 +16,6 @@ from cdprcal.hardware.session import CanopenBus, Session
 from cdprcal.hardware.simulated import start_of
 from cdprcal.hardware.xsens.device import XsensMti, open_port
 from cdprcal.testing.simulated_devices.faults import Can, Fault, FaultyCan, FaultyPort
-from cdprcal.testing.simulated_devices.lockstep import LockstepAttitude
 from cdprcal.testing.simulated_devices.robot import SimulatedRobotOnCan
 
 #: How long simulated drives in another process may take to answer.
@@ -122,3 +122,35 @@ def _simulated(
     clock.idle.append(simulated.process)
     clock.advance.append(simulated.advance)
     return simulated
+
+
+_POLL_S = 1e-4
+
+
+class LockstepAttitude:
+    """Waits, in real time, for a reading that is due in simulated time.
+
+    Between processes a serial line takes a millisecond or more, in which simulated time may run on
+    by many. patience_s: what has not come by then never does.
+    """
+
+    def __init__(self, source: AttitudeSource, period_s: float, patience_s: float) -> None:
+        self._source = source
+        self._period_s = period_s
+        self._patience_s = patience_s
+
+    @property
+    def settings(self) -> dict[str, object]:
+        return self._source.settings
+
+    def poll(self, now_s: float) -> Attitude | None:
+        until_s = time.monotonic() + self._patience_s
+        while True:
+            latest = self._source.poll(now_s)
+            due = latest is None or now_s - latest.time_s > 0.9 * self._period_s
+            if not due or time.monotonic() > until_s:
+                return latest
+            time.sleep(_POLL_S)
+
+    def close(self) -> None:
+        self._source.close()

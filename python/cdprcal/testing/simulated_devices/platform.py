@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdprcal import _core
-from cdprcal._core import InputError, PlantTruth
+from cdprcal._core import PlantTruth
 from cdprcal.hardware.drives.cia402 import State
 from cdprcal.hardware.session import Session
+from cdprcal.hardware.simulated import require_hanging
 from cdprcal.testing.simulated_devices.drive import SimulatedDrive
 from cdprcal.testing.simulated_devices.sensors import sensor_nodes
 
@@ -52,12 +53,7 @@ class SimulatedPlatform:
         self._ahrs = ahrs
         self._convention = robot.euler_convention
         self.simulator = _core.Simulator(robot, options)
-        placed = self.simulator.reset(tension_N)
-        if not placed.found:
-            raise InputError(
-                f"{robot.name}: cannot hang at its initial tensions: {placed.reason}; make a plan "
-                "of this robot"
-            )
+        require_hanging(robot, self.simulator.reset(tension_N))
         winches = sorted(session.winches, key=lambda winch: winch.cable)
         self.drives = [SimulatedDrive(winch) for winch in winches]
         self.sensors = sensor_nodes(session)
