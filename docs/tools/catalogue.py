@@ -212,7 +212,7 @@ def entry(info: _core.EffectInfo) -> str:
     shows = {
         "at_rest": "",
         "in_motion": " Shows in samples of a platform that moves.",
-        "in_moving_balance": " Shows with the balance of a platform that moves: `diagnose --motion`.",
+        "in_moving_balance": " Shows where a moving platform balances: `diagnose --motion`.",
     }[info.shows.name]
     asked = (
         f" It is not searched for; `diagnose --motion --fit {info.name}` fits it."

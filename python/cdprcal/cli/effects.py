@@ -195,7 +195,7 @@ _SHAPES = {
 _SHOWS = {
     "at_rest": "",
     "in_motion": "it shows in samples of a platform that moves",
-    "in_moving_balance": "it shows with the balance of a platform that moves: diagnose --motion",
+    "in_moving_balance": "it shows where a moving platform balances: diagnose --motion",
 }
 
 
