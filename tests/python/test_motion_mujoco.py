@@ -255,7 +255,7 @@ DELAYS = {
             ("sensor_delay", 5, 1, 6, 0.06),
             ("length_delay", 5, 2, 8, 0.06),
             ("swivel_delay", 4, 4, 8, 0.0),
-            ("tension_delay", 4, 5, 8, 0.0),
+            ("tension_delay", 4, 4, 8, 0.0),
             ("sensor_delay", 5, 2, 10, 0.06),
             ("swivel_delay", 5, 1, 10, 0.06),
         ],
