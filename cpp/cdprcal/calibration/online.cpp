@@ -18,7 +18,8 @@ constexpr double kNoiseRenewal = 1.1;
 
 OnlineCalibration::OnlineCalibration(const Robot& robot, const CalibrateOptions& options)
     : robot_(robot), options_(options), explain_(options.solve.explain) {
-  options_.solve = roughly(options.solve);
+  // A live estimate may be off by a little of its standard deviation: millimetres, not nanometres.
+  options_.solve = loosened(options.solve, 1e-6, 1e-4);
   options_.solve.explain = false;  // said at the end of an update
   if (!options.at_s.empty() || options.segment != -1 || !options.guess.empty()) {
     throw InputError(

@@ -161,6 +161,12 @@ std::vector<GatedReading> gate_slack(CalibrationProblem& problem, const Signals&
   return gated;
 }
 
+SolveOptions on_the_way(const SolveOptions& options) {
+  SolveOptions out = loosened(options, 1e-8, 1e-6);
+  out.explain = false;
+  return out;
+}
+
 Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fit,
                   const Signals& signals, const SolveOptions& solve_options, BalanceError balance) {
   Refinement out{problem, fit, {}};
@@ -170,8 +176,6 @@ Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fi
   int iterations = fit.iterations;
   bool shrinks = false, rough = false;
   std::optional<CalibrationResult> failed;
-  SolveOptions on_the_way = roughly(solve_options);
-  on_the_way.explain = false;
   for (int round = 0; round < kMostRounds; ++round) {
     const std::vector<FittedRow> rows = rows_of(out.problem, out.result);
     if (rows.empty()) break;
@@ -195,7 +199,7 @@ Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fi
     // A long step to much smaller noise may lose the minimum: shorter ones then.
     constexpr int kMostHalvings = 4;
     for (int halving = 0; halving <= kMostHalvings; ++halving) {
-      result = solve(next, out.result.poses, on_the_way);
+      result = solve(next, out.result.poses, on_the_way(solve_options));
       solve_time_s += result.solve_time_s;
       iterations += result.iterations;
       if (result.status == CalibrationStatus::converged) break;

@@ -36,6 +36,9 @@ Refinement refine(const CalibrationProblem& problem, const CalibrationResult& fi
                   const Signals& signals, const SolveOptions& solve = {},
                   BalanceError balance = BalanceError::as_specified);
 
+/// As noise and gates need a fit that is not the last: a worse one may still look contradicted.
+SolveOptions on_the_way(const SolveOptions& options);
+
 const char* to_string(GatedReading::Reason reason);
 
 }  // namespace cdprcal

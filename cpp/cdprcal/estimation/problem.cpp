@@ -134,10 +134,10 @@ ResidualRms residual_rms(const std::vector<PoseResidual>& residuals, bool refere
   return out;
 }
 
-SolveOptions roughly(SolveOptions options) {
-  options.function_tolerance = std::max(options.function_tolerance, 1e-6);
-  options.parameter_tolerance = std::max(options.parameter_tolerance, 1e-7);
-  options.settled = std::max(options.settled, 1e-4);
+SolveOptions loosened(SolveOptions options, double function_tolerance, double settled) {
+  options.function_tolerance = std::max(options.function_tolerance, function_tolerance);
+  options.parameter_tolerance = std::max(options.parameter_tolerance, 0.1 * function_tolerance);
+  options.settled = std::max(options.settled, settled);
   return options;
 }
 

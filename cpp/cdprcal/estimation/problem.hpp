@@ -53,8 +53,8 @@ struct SolveOptions {
   bool explain = true;
 };
 
-/// Near enough for what goes on from there: within a little of a standard deviation.
-SolveOptions roughly(SolveOptions options);
+/// For what goes on from there: no nearer than a relative change of the cost, and of ζ0 [m, rad].
+SolveOptions loosened(SolveOptions options, double function_tolerance, double settled);
 
 enum class CalibrationStatus { converged, not_converged, unobservable };
 

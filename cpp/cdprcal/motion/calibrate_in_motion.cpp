@@ -397,7 +397,7 @@ InMotion with_motion(const Calibration& start, const MovingRun& moving, double c
   CalibrationResult& result = out.calibration.result;
   for (int turn = 0; turn < kTurns; ++turn) {
     problem.effects = effects_with(moving, out.beside);
-    result = solve(problem, guess, roughly(options.solve));
+    result = solve(problem, guess, on_the_way(options.solve));
     if (!converged(out) || !std::isfinite(result.residual_rms.wrench_force_N)) break;
     guess = result.poses;
     if (turn + 1 < kTurns) out.beside = found_beside(out, moving, clear);
