@@ -125,8 +125,9 @@ ActiveEffects effects_with(const MovingRun& moving, const Beside& beside) {
 }
 
 /// How well it is known what the motion of a sample takes [N, Nm].
-Matrix6 inertial_covariance(const Robot& robot, const SmoothedSample& sample) {
-  const Matrix6 mass = mass_matrix(robot, platform_state(robot, sample.state.pose));
+Matrix6 inertial_covariance(const Robot& robot, const PlatformState& platform,
+                            const SmoothedSample& sample) {
+  const Matrix6 mass = mass_matrix(robot, platform);
   return mass * sample.covariance.bottomRightCorner<6, 6>() * mass.transpose();
 }
 
@@ -225,9 +226,10 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving, const
     if (alone) {
       m.twist = state.twist;
       m.acceleration = state.acceleration;
-      covariance = inertial_covariance(robot, sample);
+      const PlatformState platform = platform_state(robot, state.pose);
+      covariance = inertial_covariance(robot, platform, sample);
       m.inertial_sigma = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
-      m.rising_wrench = structure_matrix(platform_state(robot, state.pose)) * tension_rate_N_s;
+      m.rising_wrench = structure_matrix(platform) * tension_rate_N_s;
     }
     take_rates(model, m.twist, read.ahead_s, m);
     m.balance_counts = !is_pushed(pushed, time_s, 0.5 * each_s);
@@ -236,13 +238,12 @@ std::size_t add_moments(const Calibration& start, const MovingRun& moving, const
     guess.push_back(state.pose);
     noise.push_back(covariance);
   }
-  const std::span<Measurement> moments(problem.measurements.end() - std::ssize(noise),
-                                       problem.measurements.end());
-  const std::vector<Pose> poses(guess.end() - std::ssize(noise), guess.end());
   if (moving.options.multiplied) {
-    shrink_accelerations(robot, poses, noise, 1.0 / moving.options.spacing, moments);
+    const std::vector<Pose> poses(guess.end() - std::ssize(noise), guess.end());
+    const std::span all(problem.measurements);
+    shrink_accelerations(robot, poses, noise, 1.0 / moving.options.spacing, all.last(noise.size()));
   }
-  return moments.size();
+  return noise.size();
 }
 
 /// Of the moments of a calibration in motion, which come last.

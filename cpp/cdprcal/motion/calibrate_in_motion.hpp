@@ -33,8 +33,8 @@ InMotionOptions for_a_search();
 /// What is found beside the poses, and the path that accelerations come from depends on.
 struct Beside {
   EffectValues damping_1_s = EffectValues::Zero(2);  ///< of shifts, of turns (damping.hpp)
-  /// What makes readings of one moment belong to different ones (Shows::in_motion), where it is
-  /// clear.
+  /// What makes readings of one moment belong to different ones (EffectInfo::of_lateness), where it
+  /// is clear.
   ActiveEffects late;
 };
 
