@@ -341,7 +341,8 @@ DiagnosisModel with_discrepancy(const DiagnosisModel& model, Diagnosis& out) {
 
 /// Where the initial pose is without the formulas that were found. A formula is the plainest of a
 /// thousand laws that predicts what was left; that what the robot does has its form is as likely as
-/// not, and then the pose is no better known than by the way that the formula moves it.
+/// not, and then the pose is no better known than without it: a law of lengths may stand for
+/// something in the balance, which still moves the pose.
 std::vector<Possibility> without_formulas(const DiagnosisModel& model, const InitialPose& initial,
                                           const Diagnosis& found) {
   constexpr double kAnotherLaw = 0.5;
@@ -353,7 +354,10 @@ std::vector<Possibility> without_formulas(const DiagnosisModel& model, const Ini
   }
   if (!fit_with_noise(plain)) return {};
   Diagnosis unsaid;
-  return {in_place_of(initial, initial_pose_of(with_discrepancy(plain, unsaid)), kAnotherLaw)};
+  InitialPose without = initial_pose_of(with_discrepancy(plain, unsaid));
+  const std::vector<CandidateScore> scores = scan(plain, untried(plain), {.draws = 0});
+  without.covariance = averaged_covariance(without.covariance, unseen_effects(plain, scores), true);
+  return {in_place_of(initial, without, kAnotherLaw)};
 }
 
 /// The effects of these names, each once. Throws InputError for a name that cannot be fitted.

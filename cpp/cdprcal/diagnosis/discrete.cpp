@@ -8,6 +8,7 @@
 
 #include "cdprcal/calibration/allow_for_effects.hpp"
 #include "cdprcal/diagnosis/fitted_faults.hpp"
+#include "cdprcal/diagnosis/small_faults.hpp"
 #include "cdprcal/effects/reading_faults.hpp"
 #include "cdprcal/evidence/model_average.hpp"
 #include "cdprcal/motion/calibrate_in_motion.hpp"
@@ -481,7 +482,7 @@ class Trials {
     };
     const CalibrateOptions options = options_for(log_.tension_N.cols() > 0);
     for (const DiscreteFault& fault : fitted_faults(robot_, log_, options, at_s_)) {
-      if (agrees(fault)) consider({fault});
+      if (agrees(fault) && outdoes_effects(fault)) consider({fault});
     }
   }
   /// Cables in another order, and signs beside: neither alone says much. False when `go_on` said
@@ -615,6 +616,26 @@ class Trials {
     best_surprise_ = surprise;
     best_cost_ = trial.cost;
     agrees_ = trial.agrees;
+  }
+  /// The poses as a model of errors of unknown size, a fault set right; nothing where none settles.
+  [[nodiscard]] std::optional<DiagnosisModel> model_with(const DiscreteFault* fault) const {
+    Robot robot = robot_;
+    Log log = log_;
+    if (fault != nullptr) set_right(*fault, robot, log);
+    CalibrateOptions options = options_for(log.tension_N.cols() > 0);
+    options.most_starts = kAllStarts;
+    options.at_s = at_s_;
+    DiagnosisModel model = model_of(calibrate(robot, log, options));
+    return fit_with_noise(model) ? std::optional(std::move(model)) : std::nullopt;
+  }
+  /// Whether a fault with values of its own explains more than effects do: a centre of mass that is
+  /// far off tilts the platform as a wrong zero of the attitude would have it.
+  [[nodiscard]] bool outdoes_effects(const DiscreteFault& fault) const {
+    const std::optional<DiagnosisModel> as_read = model_with(nullptr), with = model_with(&fault);
+    if (!as_read || !with) return true;
+    Unfaulted without(*as_read);
+    const double alone = EvidenceAgainst(*as_read).of(*with);
+    return without.evidence_for(alone, without.with_best(*with)) + std::log(fault.prior) > 0.0;
   }
   void take(const DiscreteFault& fault, std::vector<DiscreteFault>& faults) {
     set_right(fault, robot_, log_);

@@ -37,19 +37,6 @@ constexpr const char* kNotSeen = "none of its numbers is known to be there at al
 /// Candidates refitted where the best of several is not much better known than the next.
 constexpr int kFewRefits = 3;
 
-/// What hangs on a platform does all that a weight, a force or a wrong angle does to its balance:
-/// that it does so says nothing, only its evidence does.
-bool does_all(const Effect& effect) {
-  return effect.info().all_or_nothing && !effect.moves_cables();
-}
-
-/// What may hide a fault, or be one.
-Candidates beside_faults(const DiagnosisModel& model) {
-  Candidates out = untried(model);
-  std::erase_if(out, [](const auto& effect) { return does_all(*effect); });
-  return out;
-}
-
 /// Whether an effect is no step, or some number of it is known to be there: whatever sides cables
 /// and swivels came from before power-on, too, which stirs one rest as a step may.
 bool is_seen(const DiagnosisModel& model, std::size_t k) {
@@ -369,7 +356,7 @@ bool Search::accept_fault(const FaultRefit& found) {
 
 bool Search::look_for_fault() {
   if (small_faults_.taken()) return false;
-  Unfaulted without(model_, beside_faults(model_));
+  Unfaulted without(model_);
   const std::optional<FaultRefit> found = small_faults_.best(without, options_.rival_nats);
   if (!is_sure_of(found)) return false;
   if (std::string reason = stands_for_a_law(*found); !reason.empty()) {
@@ -388,7 +375,7 @@ bool Search::is_sure_of(const std::optional<FaultRefit>& found) const {
 std::string Search::stands_for_a_law(const FaultRefit& found) const {
   for (const Refit& law : refitted_formulas(found.judged_without, kFewRefits)) {
     if (law.log_evidence < found.log_posterior) break;
-    Unfaulted without(law.model, beside_faults(law.model));
+    Unfaulted without(law.model);
     if (is_sure_of(small_faults_.best(without, options_.rival_nats))) continue;
     return stands_in(law, found.log_posterior) + kNothingLeft;
   }
@@ -397,7 +384,7 @@ std::string Search::stands_for_a_law(const FaultRefit& found) const {
 
 bool Search::exchange_fault() {
   if (!small_faults_.taken()) return false;
-  Unfaulted without(model_, beside_faults(model_));
+  Unfaulted without(model_);
   const std::optional<FaultRefit> other = small_faults_.best(without, options_.rival_nats);
   // One that cannot be told apart from the accepted one is its rival, not its better.
   return other && other->log_posterior > options_.rival_nats && accept_fault(*other);

@@ -24,6 +24,16 @@ double lost_with_noise(double worse, const NoiseLevels& freedom) {
 
 }  // namespace
 
+bool does_all(const Effect& effect) {
+  return effect.info().all_or_nothing && !effect.moves_cables();
+}
+
+Candidates beside_faults(const DiagnosisModel& model) {
+  Candidates out = untried(model);
+  std::erase_if(out, [](const auto& effect) { return does_all(*effect); });
+  return out;
+}
+
 Unfaulted::WithBest Unfaulted::with_best(const DiagnosisModel& model) const {
   const std::vector<CandidateScore> scores = scan(model, beside_, {.draws = 0});
   if (!scores.empty() && scores.front().log_evidence > 0.0) {
@@ -86,7 +96,7 @@ std::optional<FaultRefit> SmallFaults::best(Unfaulted& without, double rival_nat
     const double alone = against.of(trial.model);
     if (alone < -kHopeless) continue;
     Unfaulted::WithBest with = without.with_best(trial.model);
-    trial.fault.log_evidence = alone + with.log_evidence - without.with_best().log_evidence;
+    trial.fault.log_evidence = without.evidence_for(alone, with);
     trial.log_posterior =
         trial.fault.log_evidence + std::log(fault.prior / (taken_ ? taken_->prior : 1.0));
     tried.emplace_back(fault.text, trial.log_posterior);

@@ -15,6 +15,12 @@ struct FaultRefit {
   double log_posterior = 0.0;  ///< evidence and what was known before, against the model as it is
 };
 
+/// What hangs on a platform does all that a weight, a force or a wrong angle does to its balance:
+/// that it does so says nothing, only its evidence does.
+bool does_all(const Effect& effect);
+/// Effects that a model does not have and that may hide a fault, or be what looks like one.
+Candidates beside_faults(const DiagnosisModel& model);
+
 /// What faults of every kind are judged against: a model that must outlive it, and the same with
 /// the effect of `beside` that explains most of what it leaves, found when it is first asked for.
 class Unfaulted {
@@ -24,12 +30,16 @@ class Unfaulted {
     DiagnosisModel model;
     double log_evidence = 0.0;
   };
-  Unfaulted(const DiagnosisModel& model, Candidates beside)
-      : model_(model), beside_(std::move(beside)) {}
+  explicit Unfaulted(const DiagnosisModel& model) : model_(model), beside_(beside_faults(model)) {}
   [[nodiscard]] const DiagnosisModel& model() const { return model_; }
   /// Of any model, with the same candidates.
   [[nodiscard]] WithBest with_best(const DiagnosisModel& model) const;
   [[nodiscard]] const WithBest& with_best();
+  /// Evidence for another model of the same readings, of which that for it `alone` is known: each
+  /// with what explains most beside it.
+  [[nodiscard]] double evidence_for(double alone, const WithBest& other) {
+    return alone + other.log_evidence - with_best().log_evidence;
+  }
 
  private:
   const DiagnosisModel& model_;
