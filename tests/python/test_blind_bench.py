@@ -129,6 +129,10 @@ def test_each_signal_errs_in_its_own_way() -> None:
     assert abs(place[0] - place[1]).min() > 0.0
     walks = [spoilt("walk", 500).readings[n] - 1.0 for n in spoilt("walk", 500).readings]
     assert np.diff(walks[0], axis=0).std() < 0.2 * walks[0].std()
+    wander = spoilt("wander", 2000).readings
+    about_zero = np.hstack([wander[n] - 1.0 for n in wander])
+    assert np.sqrt(np.mean(about_zero**2)) == pytest.approx(0.1, rel=0.5)
+    assert np.diff(about_zero, axis=0).std() < 0.1 * np.sqrt(np.mean(about_zero**2))
     tails = errors("heavy_tailed")
     assert tails.std() == pytest.approx(0.1, rel=0.3)
     assert abs(tails).max() > 6.0 * tails.std()

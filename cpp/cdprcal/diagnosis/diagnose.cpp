@@ -242,14 +242,12 @@ void report_wandering(const DiagnosisModel& model, Diagnosis& out) {
                      "): smaller effects would show at rests that are visited twice");
 }
 
-/// A level that contradicts the robot file's σ, in these: as calibrate's.
-constexpr double kContradiction = 3.0;
-
-/// What a level of noise that so many residuals tell surely is, at least.
-double least_level(double level, double freedom) {
-  constexpr double kSure = 0.95;
+/// Whether noise of this level, which so many residuals tell, is more than a σ of the robot file
+/// allows, as calibrate judges it; all three in one unit.
+bool contradicts(double level, double freedom, double sigma) {
+  constexpr double kContradiction = 3.0, kSure = 0.95;
   const double share = freedom / chi_square_quantile(kSure, std::max(1.0, freedom));
-  return level * std::sqrt(std::min(1.0, share));
+  return level * std::sqrt(std::min(1.0, share)) > kContradiction * sigma;
 }
 
 /// Errors that one sensor has of its own. Beyond what any sensor may have they are a finding.
@@ -279,20 +277,30 @@ void report_own_errors(const DiagnosisModel& model, Diagnosis& out) {
                   ", which counts as noise; look what touched the platform or that sensor then, "
                   "and measure there again");
     const double rests = static_cast<double>(term.values.size());
-    if (!(least_level(own.rms, rests) > kContradiction * own.sigma)) continue;
+    if (!contradicts(own.rms, rests, own.sigma)) continue;
     const int cable = row.of().width == kOneACable ? of->component : -1;
     out.unexplained.push_back(
         {shown_name(group), own.rms, own.sigma, "nothing that was tried", cable});
   }
 }
 
-/// Errors by place of a model that ends with them; whether any stand out of the noise.
-bool report_place_errors(const DiagnosisModel& model, Diagnosis& out) {
+/// Smooth errors of a model that ends with them; whether any stand out of the noise.
+bool report_smooth_errors(const DiagnosisModel& model, Diagnosis& out) {
   const EffectTerm& term = model.effects.back();
   std::vector<Wandering> errors = errors_beyond_noise(model, term);
   if (errors.empty()) return false;
-  out.discrepancy = {*reach_of_errors_m(*term.effect), std::move(errors)};
+  if (const std::optional<double> reach_m = reach_of_errors_m(*term.effect)) {
+    out.discrepancy = {*reach_m, std::move(errors)};
+  } else {
+    out.wandering = std::move(errors);
+  }
   return true;
+}
+
+/// In which channels they do, for people.
+std::string channels_of_smooth(const DiagnosisModel& model, const Diagnosis& out) {
+  const bool of_place = reach_of_errors_m(*model.effects.back().effect).has_value();
+  return " (" + channels_of(of_place ? out.discrepancy.channels : out.wandering) + ")";
 }
 
 /// What contradicts the sensors' specification although nothing that was tried says why: a model
@@ -300,6 +308,7 @@ bool report_place_errors(const DiagnosisModel& model, Diagnosis& out) {
 void report_contradictions(const DiagnosisModel& model, const std::vector<Log>& logs,
                            Diagnosis& out) {
   const NoiseModel specified = specified_noise(model.robot.sigma);
+  const NoiseLevels freedom = channel_sums(model).freedom;
   const std::size_t before = out.unexplained.size();
   for (std::size_t c = 0; c < kRestGroups; ++c) {
     const double sigma = specified.channel[c].pose;
@@ -309,8 +318,7 @@ void report_contradictions(const DiagnosisModel& model, const std::vector<Log>& 
     for (const Wandering& errors : out.wandering) {
       if (errors.channel == channel) level = std::hypot(level, errors.rms);
     }
-    if (!(level > kContradiction * sigma)) continue;
-    if (!(least_level(level, channel_sums(model).freedom[c]) > kContradiction * sigma)) continue;
+    if (!contradicts(level, freedom[c], sigma)) continue;
     out.unexplained.push_back({channel, level, sigma, "nothing that was tried"});
   }
   if (out.unexplained.size() == before) return;
@@ -326,17 +334,27 @@ void report_contradictions(const DiagnosisModel& model, const std::vector<Log>& 
       std::string(several ? "; diagnose each log by itself to see which does" : ""));
 }
 
-/// The model with what nobody could name or describe in it, as a smooth function of the place,
-/// where the readings bear one out: without it, effects and poses would claim the precision of a
-/// model that lacks nothing.
+/// The model with what nobody could name or describe in it, as a smooth function of the place or of
+/// time, where the readings bear one out: without it, effects and poses would claim the precision
+/// of a model that lacks nothing.
 DiagnosisModel with_discrepancy(const DiagnosisModel& model, Diagnosis& out) {
-  std::optional<Refit> errors =
-      likeliest_place_errors(model, -std::numeric_limits<double>::infinity());
-  if (!errors || !report_place_errors(errors->model, out)) return model;
-  out.next.push_back(
-      "sigma of the pose and of the effects allows for errors that change with the place (" +
-      channels_of(out.discrepancy.channels) + ")");
+  std::optional<Refit> errors = likeliest_smooth_errors(model, ErrorSize::any);
+  if (!errors || !report_smooth_errors(errors->model, out)) return model;
+  out.next.push_back("sigma of the pose and of the effects allows for " +
+                     words_of_smooth(*errors->model.effects.back().effect) +
+                     channels_of_smooth(errors->model, out));
   return std::move(errors->model);
+}
+
+/// The model with the errors that count as noise, where they stand out; else nothing.
+const DiagnosisModel* with_noise(const DiagnosisModel* smooth_noise, Diagnosis& out) {
+  if (!smooth_noise || !out.unexplained.empty() || !report_smooth_errors(*smooth_noise, out)) {
+    return nullptr;
+  }
+  out.next.push_back(words_of_smooth(*smooth_noise->effects.back().effect) + " count as noise" +
+                     channels_of_smooth(*smooth_noise, out) +
+                     ": no name explains them better, and the sensors may have them");
+  return smooth_noise;
 }
 
 /// Where the initial pose is without the formulas that were found. A formula is the plainest of a
@@ -394,13 +412,18 @@ std::string reason_for(Verdict verdict, const Checks& checks) {
 }
 
 /// Where no effect was found the pose is the one that calibrate has, faults of the readings set
-/// right, and so is its σ. False where it has none.
-bool take_calibrated(const Robot& robot, const Log& log, Diagnosis& out) {
+/// right, and so is its σ; but for one `of_noise` that was found to count, of which calibrate knows
+/// nothing. False where it has none.
+bool take_calibrated(const Robot& robot, const Log& log, bool of_noise, Diagnosis& out) {
   const Calibration calibration = calibrate(robot, log);
   const CalibrationResult& result = calibration.result;
   if (result.status != CalibrationStatus::converged || !result.covariance) return false;
-  out.initial_pose_before = out.initial_pose_after = result.poses.front();
-  out.covariance_before = out.covariance_after = *result.covariance;
+  out.initial_pose_before = result.poses.front();
+  out.covariance_before = *result.covariance;
+  if (!of_noise) {
+    out.initial_pose_after = out.initial_pose_before;
+    out.covariance_after = out.covariance_before;
+  }
   const std::string stays = misfit(calibration);
   if (result.lacks_something) out.misfit = stays;
   if (stays.empty() || !out.wandering.empty()) return true;
@@ -583,7 +606,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   Search& search = *begun;
   if (going) {
     search.drop();
-    search.leave_to_the_place();
+    search.leave_to_smooth_errors();
     search.withdraw();
     search.describe();
   }
@@ -603,15 +626,12 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   if (search.left()) {
     report_left(model, *search.left(), out);
   } else {
-    report_contradictions(model, logs, out);
+    report_contradictions(search.smooth_noise() ? *search.smooth_noise() : model, logs, out);
   }
-  if (search.noise_by_place() && out.unexplained.empty() &&
-      report_place_errors(*search.noise_by_place(), out)) {
-    out.next.push_back("errors that change with the place count as noise (" +
-                       channels_of(out.discrepancy.channels) +
-                       "): no name explains them better, and the sensors may have them");
-  }
-  const DiagnosisModel honest = out.unexplained.empty() ? model : with_discrepancy(model, out);
+  const DiagnosisModel* const noise = with_noise(search.smooth_noise(), out);
+  const DiagnosisModel honest = !out.unexplained.empty() ? with_discrepancy(model, out)
+                                : noise                  ? *noise
+                                                         : model;
   const DiagnosisModel uncertain = with_uncertain_noise(honest);
   const UncertainDirections directions = uncertain_directions(honest);
   const Unseen missed = unseen_effects(model, unseen);
@@ -637,7 +657,7 @@ Diagnosis diagnose(const Robot& given, const std::vector<Log>& given_logs,
   const bool as_calibrated = out.verdict == Verdict::consistent ||
                              (out.verdict == Verdict::explained && out.effects.empty());
   const bool has_pose = as_calibrated && given_logs.size() == 1 && !options.motion &&
-                        take_calibrated(out.corrected, given_logs.front(), out);
+                        take_calibrated(out.corrected, given_logs.front(), noise != nullptr, out);
   doubt_faults(out);
   if (!has_pose) doubt_poses(given_logs, options.motion, out);
   return out;

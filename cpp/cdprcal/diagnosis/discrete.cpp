@@ -626,6 +626,7 @@ class Trials {
     options.most_starts = kAllStarts;
     options.at_s = at_s_;
     DiagnosisModel model = model_of(calibrate(robot, log, options));
+    start_noise(model, {});  // rows are rests: they have no ripple
     return fit_with_noise(model) ? std::optional(std::move(model)) : std::nullopt;
   }
   /// Whether a fault with values of its own explains more than effects do: a centre of mass that is

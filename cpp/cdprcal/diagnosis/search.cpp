@@ -163,6 +163,12 @@ std::vector<Refit> refitted_formulas(const DiagnosisModel& model, std::size_t co
   return refits;
 }
 
+/// Why a name is none where smooth errors have more.
+std::string stands_for(const Refit& errors) {
+  return printed("%s, as the sensors may have them, explain more (%.1f nats)",
+                 words_of_smooth(*errors.model.effects.back().effect).c_str(), errors.log_evidence);
+}
+
 constexpr const char* kNothingLeft = ", and nothing is left for it";
 /// Why an effect of this evidence is none where a formula has more, or cannot be told from it.
 std::string stands_in(const Refit& formula, double own_nats) {
@@ -227,7 +233,7 @@ std::optional<Refit> Search::errors_of_sensors(double log_evidence) const {
   Candidates errors = own_errors(model_);
   const auto wander = [](const EffectTerm& term) { return is_wandering_errors(*term.effect); };
   if (std::ranges::none_of(model_.effects, wander)) {
-    if (const auto walk = wandering_errors(model_)) errors.push_back(walk);
+    if (const auto walk = wandering_errors(model_, ErrorSize::specified)) errors.push_back(walk);
   }
   std::vector<CandidateScore> scores = scan(model_, errors, {.draws = 0});
   for (CandidateScore& s : scores) s.log_evidence -= cost_of(*s.effect, 0);
@@ -328,6 +334,7 @@ void Search::accept(Refit& winner, const HeldOut& held) {
     found.where = {{"time_s", step->time_s}};
     if (step->cable) found.where.emplace_back("cable", *step->cable + 1.0);
   }
+  smooth_noise_.reset();  // of a model without it
   const DiagnosisModel before = std::move(model_);
   model_ = std::move(winner.model);
   const auto errors = model_.effects.begin() + static_cast<std::ptrdiff_t>(out_.effects.size());
@@ -449,10 +456,10 @@ void Search::describe() {
   constexpr std::size_t kTried = 8;
   withdraw_stand_ins();
   const double chance = kShareOfDependences * options_.family_wise_p;
-  for (int term = 0; term < kMostTerms && (left_ || noise_by_place_ || scatters(model_)); ++term) {
+  for (int term = 0; term < kMostTerms && (left_ || smooth_noise_ || scatters(model_)); ++term) {
     if (static_cast<int>(out_.effects.size()) >= options_.most_effects) return;
     if (!report("a formula for what is left")) return;
-    std::vector<Refit> refits = refitted_formulas(model_, kTried, noise_by_place(), chance);
+    std::vector<Refit> refits = refitted_formulas(model_, kTried, smooth_noise(), chance);
     if (refits.empty()) return;
     // Of those that are not beaten the one with the fewest numbers.
     const double best = refits.front().log_evidence;
@@ -482,7 +489,6 @@ void Search::describe() {
     EffectTerm& added = winner.model.effects.back();
     winner.score.effect = added.effect = with_meaning(winner.score.effect, added.values);
     accept(winner, held);
-    noise_by_place_.reset();
     out_.effects.back().described = true;
     report("accepted " + name);
     const Candidates generic = generic_candidates(model_);
@@ -616,6 +622,26 @@ void Search::take(const Candidates& chosen) {
   }
 }
 
+std::vector<std::string> Search::late_in_its_place(const DiagnosisModel& moving,
+                                                   Refit& found) const {
+  std::vector<std::string> rivals;
+  if (!found.score.effect->info().of_lateness) return rivals;
+  Candidates others = untried(moving, Shows::in_moving_balance);
+  std::erase_if(others, [](const auto& effect) { return !effect->info().of_lateness; });
+  const EvidenceAgainst against(moving);
+  for (const CandidateScore& other : scan(moving, others, {.draws = 0})) {
+    Refit refit = against.refit(other);
+    if (refit.log_evidence > found.log_evidence + options_.rival_nats) {
+      refit.score.p_value = found.score.p_value;
+      found = std::move(refit);
+      rivals.clear();
+    } else if (refit.log_evidence > found.log_evidence - options_.rival_nats) {
+      rivals.push_back(other.effect->name());
+    }
+  }
+  return rivals;
+}
+
 void Search::in_motion() {
   if (static_cast<int>(out_.effects.size()) >= options_.most_effects) return;
   if (!report("samples in motion")) return;
@@ -636,11 +662,16 @@ void Search::in_motion() {
   if (scores.empty() || scores.front().log_evidence <= options_.least_evidence) return;
   scores.front().p_value = PValues(moving, candidates, options_.scan).of(scores.front());
   Refit refit = EvidenceAgainst(moving).refit(scores.front());
+  std::vector<std::string> rivals = late_in_its_place(moving, refit);
   HeldOut held;
   std::swap(model_, moving);  // what the refit is judged against
   const std::string name = refit.score.effect->name();
   const double least_p = kShareInMotion * options_.family_wise_p;
-  const std::string reason = objection(refit, nullptr, least_p, held);
+  std::string reason = objection(refit, nullptr, least_p, held);
+  if (reason.empty()) {
+    if (const auto errors = smooth_errors_instead(refit.score, model_))
+      reason = stands_for(*errors);
+  }
   if (reason.empty()) {
     // Few effects need motion to show: what has no name, such as the play of an encoder, may well
     // look like one of them.
@@ -649,6 +680,7 @@ void Search::in_motion() {
     if (formulas.empty() || own > formulas.front().log_evidence + options_.rival_nats) {
       report("accepted " + name);
       accept(refit, held);
+      out_.effects.back().rivals = std::move(rivals);
       return;
     }
     out_.rejected.push_back({name, stands_in(formulas.front(), own)});
@@ -736,46 +768,45 @@ void Search::drop() {
   }
 }
 
-namespace {
-
-/// The likeliest errors by place beside a model, when the sensors may have them.
-std::optional<Refit> errors_by_place(const DiagnosisModel& model) {
-  std::optional<Refit> errors = likeliest_place_errors(model, 0.0);
-  if (errors && !within_specification(errors->model, errors->model.effects.back())) errors.reset();
+std::optional<Refit> Search::smooth_errors_instead(const CandidateScore& name,
+                                                   const DiagnosisModel& without) const {
+  // Chance was drawn as if errors came anew at every rest; what a name adds to smooth ones is held
+  // to a bound that holds for any.
+  const double by_chance = std::log(static_cast<double>(effects_of(model_.robot).size()) /
+                                    (kShareAtRest * options_.family_wise_p));
+  std::optional<Refit> errors = likeliest_smooth_errors(without, ErrorSize::specified);
+  if (!errors) return errors;
+  const double cost = cost_of(*name.effect, step_candidates(without).size());
+  const auto evidence_in = [&](const DiagnosisModel& model) {
+    return EvidenceAgainst(model).refit(name).log_evidence - cost;
+  };
+  const bool more = errors->log_evidence > evidence_in(without);
+  if (!more || evidence_in(errors->model) > by_chance) errors.reset();
   return errors;
 }
 
-}  // namespace
+bool Search::errs_smoothly(const DiagnosisModel& model) const {
+  const std::optional<Refit> errors = likeliest_smooth_errors(model, ErrorSize::specified);
+  return errors && errors->log_evidence > options_.least_evidence;
+}
 
-void Search::leave_to_the_place() {
-  // Chance was drawn as if errors came anew at every rest. This bound holds for any.
-  const double by_chance = std::log(static_cast<double>(effects_of(model_.robot).size()) /
-                                    (kShareAtRest * options_.family_wise_p));
-  for (std::size_t k = out_.effects.size(); k-- > 0;) {
+void Search::leave_to_smooth_errors() {
+  const bool errs = !out_.effects.empty() && errs_smoothly(model_);
+  for (std::size_t k = out_.effects.size(); errs && k-- > 0;) {
     const std::optional<DiagnosisModel> without = without_effect(model_, k);
-    if (!without || as_step(*out_.effects[k].effect)) continue;
-    const CandidateScore again = as_candidate(model_.effects[k]);
-    const double own = EvidenceAgainst(*without).refit(again).log_evidence;
-    if (own > by_chance) continue;
-    const std::optional<Refit> errors = errors_by_place(*without);
-    if (!errors || own > errors->log_evidence ||
-        EvidenceAgainst(errors->model).refit(again).log_evidence > by_chance) {
-      continue;
-    }
-    take_back(
-        k, *without,
-        printed("errors that change with the place, as the sensors may have them, explain more "
-                "(%.1f nats against %.1f)",
-                errors->log_evidence, own));
-    noise_by_place_ = errors;
+    if (!without) continue;
+    std::optional<Refit> errors = smooth_errors_instead(as_candidate(model_.effects[k]), *without);
+    if (!errors) continue;
+    take_back(k, *without, stands_for(*errors));
+    smooth_noise_ = std::move(errors);
   }
   if (!left_) return;
   const double choice = std::log(static_cast<double>(generic_candidates(model_).size()));
-  std::optional<Refit> errors = errors_by_place(model_);
+  std::optional<Refit> errors = likeliest_smooth_errors(model_, ErrorSize::specified);
   if (errors &&
       errors->log_evidence > EvidenceAgainst(model_).refit(*left_).log_evidence - choice) {
     left_.reset();
-    noise_by_place_ = std::move(errors);
+    smooth_noise_ = std::move(errors);
   }
 }
 

@@ -42,19 +42,19 @@ class Search {
   void withdraw();
   /// Puts what is left into formulas, where some predict poses that they were not fitted on.
   void describe();
-  /// Leaves to errors that change with the place, as the sensors may have them, what these explain
-  /// better: names that add nothing beside them, and what is left.
-  void leave_to_the_place();
+  /// Leaves to errors that change smoothly with the place or with time, as the sensors may have
+  /// them, what these explain better: names that add nothing beside them, and what is left.
+  void leave_to_smooth_errors();
   /// Names, for every accepted effect, what could be in its place as well as it.
   void find_rivals();
   /// Where rivals put the initial pose.
   [[nodiscard]] const std::vector<Possibility>& rivals() const { return rivals_; }
   /// The dependence that best explains what is left, when chance does not.
   [[nodiscard]] const std::optional<CandidateScore>& left() const { return left_; }
-  /// The model with errors by place at its end, where these are as probable as any name or
+  /// The model with smooth errors at its end, where these are as probable as any name or
   /// dependence and no larger than the sensors may have them: noise that is no finding.
-  [[nodiscard]] const DiagnosisModel* noise_by_place() const {
-    return noise_by_place_ ? &noise_by_place_->model : nullptr;
+  [[nodiscard]] const DiagnosisModel* smooth_noise() const {
+    return smooth_noise_ ? &smooth_noise_->model : nullptr;
   }
 
   /// Whether an umbilical, or what else does all that other names do, was accepted; and a search
@@ -117,6 +117,16 @@ class Search {
   [[nodiscard]] bool is_sure_of(const std::optional<FaultRefit>& found) const;
   /// Empty, or the law that explains the readings better than a fault does, and leaves it nothing.
   [[nodiscard]] std::string stands_for_a_law(const FaultRefit& found) const;
+  /// Whether smooth errors show beside all names of a model: of what does not vary a bias is as
+  /// good an account.
+  [[nodiscard]] bool errs_smoothly(const DiagnosisModel& model) const;
+  /// Smooth errors, as the sensors may have them, that explain more than a name would in a model
+  /// without it, and leave it nothing that is sure.
+  [[nodiscard]] std::optional<Refit> smooth_errors_instead(const CandidateScore& name,
+                                                           const DiagnosisModel& without) const;
+  /// Of a sensor that looks late in motion: whether another that is late explains more, which is
+  /// then found in its place; the names of those that explain as much.
+  std::vector<std::string> late_in_its_place(const DiagnosisModel& moving, Refit& found) const;
   /// Accepts the most probable fault of which that is sure.
   bool look_for_fault();
 
@@ -126,7 +136,7 @@ class Search {
   const DiagnoseOptions& options_;
   SmallFaults small_faults_;
   std::optional<CandidateScore> left_;
-  std::optional<Refit> noise_by_place_;
+  std::optional<Refit> smooth_noise_;
   std::vector<Possibility> rivals_;
   bool stopped_ = false;  ///< by who looks on
 };

@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <numbers>
+#include <span>
 
 #include "cdprcal/decompositions.hpp"
 #include "cdprcal/diagnosis/model_residuals.hpp"
@@ -18,11 +19,15 @@ namespace {
 constexpr int kFewestRests = 5;
 /// They bear 96 % of a walk's variance.
 constexpr int kMostTimeTerms = 5;
-/// Of three dimensions more are needed; so many are told from noise by two or three times as many
-/// rests.
-constexpr int kMostPlaceTerms = 9;
-/// How far errors by place reach, in root mean square distances of the rests from their middle.
-constexpr double kReaches[] = {0.5, 1.0, 2.0};
+/// Of three dimensions more are needed. As many as bear all but a thousandth of the variance, so
+/// many at the most.
+constexpr int kMostTerms = 16;
+constexpr double kBorne = 0.999;
+/// How far smooth errors reach, in root mean square distances of the rests from their middle: over
+/// places, over time.
+constexpr double kReaches[] = {0.5, 1.0, 2.0}, kReachesInTime[] = {0.25, 0.5, 1.0};
+
+constexpr const char* kWandering = "wandering_errors";
 
 /// The functions φ_t that make up a random one of unit variance, Σ z_t φ_t with z_t of unit
 /// variance.
@@ -36,7 +41,7 @@ struct Basis {
 /// The first terms of a random walk from power-on, of unit variance on average over the run (Wiener
 /// process): φ_t = 2 sin((t + ½)πu) / ((t + ½)π).
 Basis walk(double duration_s, int terms) {
-  return {"wandering_errors", terms, [=](const Measurement& m, const Pose&) {
+  return {kWandering, terms, [=](const Measurement& m, const Pose&) {
             const double u = m.run_time_s / duration_s;
             Eigen::VectorXd out(terms);
             for (int t = 0; t < terms; ++t) {
@@ -47,36 +52,39 @@ Basis walk(double duration_s, int terms) {
           }};
 }
 
-using Places = Eigen::Matrix3Xd;
+/// Where something was read, a column a rest: a place [m], or a time [s].
+using Points = Eigen::MatrixXd;
+using PointOf = std::function<Eigen::VectorXd(const Measurement&, const Pose&)>;
 
-/// The first terms of a Gaussian process over the place, with a squared-exponential kernel: the
-/// eigenvectors of its covariance at the places that were visited, taken on between them (Nyström).
-/// Without its mean over these places, which is an offset and no change.
-Basis field(const Places& visited_m, double reach_m, int most_terms) {
-  const auto near = [=](const Vector3& from_m, const Places& to_m) -> Eigen::VectorXd {
-    return (-0.5 / (reach_m * reach_m) * (to_m.colwise() - from_m).colwise().squaredNorm())
+/// The first terms of a Gaussian process with a squared-exponential kernel: the eigenvectors of its
+/// covariance at the points that were visited, taken on between them (Nyström).
+Basis smooth(const char* name, const Points& visited, const PointOf& point_of, double reach) {
+  const auto near = [=](const Eigen::VectorXd& from) -> Eigen::VectorXd {
+    return (-0.5 / (reach * reach) * (visited.colwise() - from).colwise().squaredNorm())
         .array()
         .exp();
   };
-  const Eigen::Index count = visited_m.cols();
+  const Eigen::Index count = visited.cols();
   Eigen::MatrixXd covariance(count, count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    covariance.col(i) = near(visited_m.col(i), visited_m);
-  }
-  const Eigen::RowVectorXd mean = covariance.colwise().mean();
-  covariance.rowwise() -= mean;
-  covariance.colwise() -= covariance.rowwise().mean().eval();
+  for (Eigen::Index i = 0; i < count; ++i) covariance.col(i) = near(visited.col(i));
   const SymmetricEigen<Eigen::MatrixXd> found(covariance);  // in increasing order
-  const int terms = std::min<int>(most_terms, static_cast<int>(count));
+  const auto most = std::min<Eigen::Index>(kMostTerms, count - 2);
+  Eigen::Index terms = 1;
+  while (terms < most && found.eigenvalues().tail(terms).sum() < kBorne * covariance.trace()) {
+    ++terms;
+  }
   const Eigen::VectorXd size = found.eigenvalues().tail(terms).cwiseMax(1e-9).cwiseSqrt();
   const Eigen::MatrixXd weights =
       found.eigenvectors().rightCols(terms) * size.cwiseInverse().asDiagonal();
-  return {"place_errors", terms,
-          [=](const Measurement&, const Pose& pose) -> Eigen::VectorXd {
-            const Eigen::VectorXd here = near(pose.position_m, visited_m) - mean.transpose();
-            return weights.transpose() * (here.array() - here.mean()).matrix();
-          },
-          reach_m};
+  return {name, static_cast<int>(terms),
+          [=](const Measurement& m, const Pose& pose) -> Eigen::VectorXd {
+            return weights.transpose() * near(point_of(m, pose));
+          }};
+}
+
+/// Root mean square distance of points from their middle.
+double spread_of(const Points& points) {
+  return std::sqrt((points.colwise() - points.rowwise().mean()).colwise().squaredNorm().mean());
 }
 
 /// One function a rest, which is 1 there and 0 at all others: rests are known by their times.
@@ -93,7 +101,7 @@ Basis each_rest(std::vector<double> times_s) {
 
 /// Where the platform rested, run after run, and how many rests the shortest run has.
 struct Rests {
-  Places place_m;
+  Points place_m;
   std::vector<double> times_s;  ///< in order, each once
   double duration_s = 0.0;
   int fewest = std::numeric_limits<int>::max();
@@ -152,7 +160,8 @@ int place_of(const OneSensor& sensor, int cables) {
 /// Each channel, component by component, with a random function of its own; or one component.
 class SensorErrors final : public Effect {
  public:
-  SensorErrors(Basis basis, const DiagnosisModel& model, std::optional<OneSensor> only = {})
+  SensorErrors(Basis basis, const DiagnosisModel& model, std::optional<OneSensor> only = {},
+               ErrorSize size = ErrorSize::any)
       : basis_(std::move(basis)), only_(only) {
     info_.name = basis_.name;
     info_.equation = "reading* = reading + a random function";
@@ -160,6 +169,7 @@ class SensorErrors final : public Effect {
     info_.scope = EffectScope::run;
     // Of the tensions they are gains and biases in disguise, and weighed as these are.
     info_.of_load_cells = true;
+    const NoiseModel specified = specified_noise(model.robot.sigma);
     for (int t = 0; t < basis_.terms; ++t) {
       for (const auto& [channel, shape] : kParts) {
         if (only_ && only_->channel != channel) continue;
@@ -170,6 +180,8 @@ class SensorErrors final : public Effect {
         const double typical = std::isfinite(noise) && noise > 0.0 ? noise : 1.0;
         const ParameterShape of = only_ ? ParameterShape::scalar : shape;
         info_.parameters.push_back({"amplitude", "", of, typical, 1e9});
+        if (t > 0 || size == ErrorSize::any) continue;
+        widest_.push_back(specified.channel[static_cast<std::size_t>(group)].pose / typical);
       }
     }
   }
@@ -188,6 +200,8 @@ class SensorErrors final : public Effect {
     }
     return out;
   }
+
+  std::vector<double> widest() const override { return widest_; }
 
   void add_to_readings(const EffectContext& context, const EffectValues& values,
                        PoseEvaluation& evaluation) const override {
@@ -284,40 +298,63 @@ class SensorErrors final : public Effect {
 
   Basis basis_;
   std::optional<OneSensor> only_;
+  std::vector<double> widest_;
   EffectInfo info_;
 };
 
 }  // namespace
 
-Candidates place_errors(const DiagnosisModel& model) {
+Candidates smooth_errors(const DiagnosisModel& model, ErrorSize size) {
   const Rests rests = rests_of(model);
   if (rests.fewest < kFewestRests) return {};
-  const Places from_middle_m = rests.place_m.colwise() - rests.place_m.rowwise().mean();
-  const double spread_m = std::sqrt(from_middle_m.colwise().squaredNorm().mean());
-  const int most = std::min(kMostPlaceTerms, static_cast<int>(rests.place_m.cols()) / 2);
   Candidates out;
-  for (const double reach : kReaches) {
-    const double reach_m = reach * spread_m;
-    if (!(reach_m > 0.0)) continue;
-    out.push_back(std::make_shared<SensorErrors>(field(rests.place_m, reach_m, most), model));
-  }
+  const auto add = [&](const char* name, const Points& visited, const PointOf& point_of,
+                       std::span<const double> reaches, bool of_place) {
+    const double spread = spread_of(visited);
+    for (const double times : reaches) {
+      const double reach = times * spread;
+      if (!(reach > 0.0)) continue;
+      Basis basis = smooth(name, visited, point_of, reach);
+      if (of_place) basis.reach_m = reach;
+      out.push_back(std::make_shared<SensorErrors>(std::move(basis), model, std::nullopt, size));
+    }
+  };
+  add(
+      "place_errors", rests.place_m,
+      [](const Measurement&, const Pose& pose) { return pose.position_m; }, kReaches, true);
+  add(
+      kWandering,
+      Eigen::Map<const Eigen::RowVectorXd>(rests.times_s.data(), std::ssize(rests.times_s)),
+      [](const Measurement& m, const Pose&) { return Eigen::VectorXd::Constant(1, m.run_time_s); },
+      kReachesInTime, false);
   return out;
 }
 
-std::optional<Refit> likeliest_place_errors(const DiagnosisModel& model, double least_scanned) {
-  const Candidates reaches = place_errors(model);
+std::optional<Refit> likeliest_smooth_errors(const DiagnosisModel& model, ErrorSize size) {
+  DiagnosisModel start = model;
+  if (size == ErrorSize::specified) {
+    // Noise of one channel may have grown to stand for errors of another.
+    const NoiseModel specified = specified_noise(model.robot.sigma);
+    for (std::size_t c = 0; c < kRestGroups; ++c) {
+      const double unit = noise_unit(model.robot, static_cast<NoiseGroup>(c));
+      start.noise[c] = std::min(start.noise[c], specified.channel[c].pose / unit);
+    }
+  }
+  const Candidates reaches = smooth_errors(start, size);
   std::vector<Refit> refits = EvidenceAgainst(model).refits(
-      scan(model, reaches, {.draws = 0}), static_cast<int>(reaches.size()),
-      [&](const CandidateScore& s) { return s.log_evidence > least_scanned; });
+      scan(start, reaches, {.draws = 0}), static_cast<int>(reaches.size()),
+      [&](const CandidateScore& s) { return size == ErrorSize::any || s.log_evidence > 0.0; },
+      start);
   if (refits.empty() || !(refits.front().log_evidence > 0.0)) return std::nullopt;
   return std::move(refits.front());
 }
 
-std::shared_ptr<const Effect> wandering_errors(const DiagnosisModel& model) {
+std::shared_ptr<const Effect> wandering_errors(const DiagnosisModel& model, ErrorSize size) {
   const Rests rests = rests_of(model);
   if (rests.fewest < kFewestRests || !(rests.duration_s > 0.0)) return nullptr;
   return std::make_shared<SensorErrors>(
-      walk(rests.duration_s, std::min(kMostTimeTerms, rests.fewest - 2)), model);
+      walk(rests.duration_s, std::min(kMostTimeTerms, rests.fewest - 2)), model, std::nullopt,
+      size);
 }
 
 namespace {
@@ -398,6 +435,11 @@ std::optional<double> reach_of_errors_m(const Effect& effect) {
   return errors ? errors->reach_m() : std::nullopt;
 }
 
+std::string words_of_smooth(const Effect& errors) {
+  return reach_of_errors_m(errors) ? "errors that change with the place"
+                                   : "errors that wander with time";
+}
+
 std::array<double, kRestGroups> rms_of_errors(const DiagnosisModel& model, const EffectTerm& term) {
   return dynamic_cast<const SensorErrors&>(*term.effect).rms(model, term);
 }
@@ -405,19 +447,6 @@ std::array<double, kRestGroups> rms_of_errors(const DiagnosisModel& model, const
 std::optional<double> only_rest_s(const DiagnosisModel& model, const EffectTerm& term,
                                   double like) {
   return dynamic_cast<const SensorErrors&>(*term.effect).only_rest_s(model, term, like);
-}
-
-bool within_specification(const DiagnosisModel& model, const EffectTerm& term) {
-  constexpr double kSure = 0.95;  // of a size that few components tell
-  const NoiseModel specified = specified_noise(model.robot.sigma);
-  const std::array<double, kRestGroups> rms = rms_of_errors(model, term);
-  return std::ranges::all_of(kParts, [&](const Part& part) {
-    const NoiseGroup group = at_rest(part.channel);
-    const double components = entries(part.shape, model.robot.cable_count());
-    const double most = specified.channel[static_cast<std::size_t>(group)].pose *
-                        std::sqrt(chi_square_quantile(kSure, components) / components);
-    return !(rms[static_cast<std::size_t>(group)] > most);
-  });
 }
 
 }  // namespace cdprcal

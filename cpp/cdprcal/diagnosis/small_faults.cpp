@@ -35,10 +35,13 @@ Candidates beside_faults(const DiagnosisModel& model) {
 }
 
 Unfaulted::WithBest Unfaulted::with_best(const DiagnosisModel& model) const {
+  constexpr int kFewRefits = 3;
   const std::vector<CandidateScore> scores = scan(model, beside_, {.draws = 0});
-  if (!scores.empty() && scores.front().log_evidence > 0.0) {
-    Refit refit = EvidenceAgainst(model).refit(scores.front());
-    if (refit.log_evidence > 0.0) return {std::move(refit.model), refit.log_evidence};
+  const auto likely = [](const CandidateScore& s) { return s.log_evidence > 0.0; };
+  for (Refit& refit : EvidenceAgainst(model).refits(scores, kFewRefits, likely)) {
+    if (!(refit.log_evidence > 0.0)) break;
+    if (!plausible(refit.model.effects.back(), model)) continue;
+    return {std::move(refit.model), refit.log_evidence};
   }
   return {model, 0.0};
 }

@@ -127,6 +127,8 @@ class Effect {
   /// Of each value, the group whose prior's width is learnt from the group, as noise is from
   /// residuals; empty: all have typical widths.
   [[nodiscard]] virtual std::vector<int> learnt_widths(int) const { return {}; }
+  /// Of each of these groups, how wide it is at the most; empty: any width.
+  [[nodiscard]] virtual std::vector<double> widest() const { return {}; }
   /// What shows it: not every effect shows at rest.
   [[nodiscard]] virtual Shows shows() const { return Shows::at_rest; }
   [[nodiscard]] bool needs_motion() const { return shows() != Shows::at_rest; }

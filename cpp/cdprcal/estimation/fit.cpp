@@ -288,12 +288,17 @@ double take_widths(const Eigen::MatrixXd& spread, const ValuePrecision& precisio
     const std::vector<int> groups = term.effect->learnt_widths(model.robot.cable_count());
     if (!groups.empty() && term.learnt.size() == 0) {
       term.learnt.setOnes(*std::ranges::max_element(groups) + 1);
+      const std::vector<double> widest = term.effect->widest();
+      if (!widest.empty()) term.learnt = Eigen::VectorXd::Map(widest.data(), term.learnt.size());
     }
   }
   for (const LearntWidth& width : learnt_widths(spread, precision, model)) {
     double& present = model.effects[width.term].learnt[width.group];
-    const double next =
-        std::max(kLeastWidth, present * std::sqrt(width.squares / width.determined));
+    const std::vector<double> widest = model.effects[width.term].effect->widest();
+    const double most = widest.empty() ? std::numeric_limits<double>::infinity()
+                                       : widest[static_cast<std::size_t>(width.group)];
+    const double next = std::clamp(present * std::sqrt(width.squares / width.determined),
+                                   kLeastWidth, std::max(most, kLeastWidth));
     change = std::max(change, std::abs(std::log(next / present)));
     present = next;
   }

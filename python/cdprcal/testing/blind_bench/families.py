@@ -52,7 +52,7 @@ FAMILIES: dict[str, Family] = {
     "place": replace(_signal("place"), revisits=True),
     **{
         name: _signal(name)
-        for name in ("walk", "heavy_tailed", "held", "filtered", "low_passes", "spiked")
+        for name in ("walk", "wander", "heavy_tailed", "held", "filtered", "low_passes", "spiked")
     },
     "robots": Family("3 to 6 cables, built in and random, 0.3 to 500 kg", _EITHER, draw_machine),
     "weights": Family(

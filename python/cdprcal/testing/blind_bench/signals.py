@@ -55,8 +55,10 @@ class Signal:
 
 #: White noise under errors of another kind: a twentieth of what eq. 18 says, as of good sensors.
 _QUIET = 0.02
-#: Largest wave number of errors by place: they vary over a third of the robot's frame.
-_WAVES = 12
+#: Errors by place vary over such shares of the robot's frame, in so many waves.
+_REACH_OF_FRAME, _WAVES = (0.2, 0.6), 12
+#: How long errors that wander about zero remember.
+_MEMORY_S = (5.0, 60.0)
 _DEGREES_OF_FREEDOM = 3
 _SPIKED_SHARE, _SPIKE_SIGMA = 0.01, (10.0, 30.0)
 _TIME_CONSTANT_S = (0.05, 0.2)
@@ -75,7 +77,7 @@ def _rest(run: Recording, rng: np.random.Generator) -> None:
 
 def _place(run: Recording, rng: np.random.Generator) -> None:
     """A smooth random function of the position: a sum of waves, of one σ over all places."""
-    length_m = run.size_m / 3.0
+    length_m = run.size_m * rng.uniform(*_REACH_OF_FRAME)
     for name, scale in run.scale.items():
         for column in range(run.readings[name].shape[1]):
             waves = rng.standard_normal((3, _WAVES)) / length_m
@@ -91,6 +93,23 @@ def _walk(run: Recording, rng: np.random.Generator) -> None:
     for name, scale in run.scale.items():
         steps = rng.standard_normal(run.readings[name].shape) * rate[:, None]
         run.readings[name] += scale * np.cumsum(steps, axis=0)
+
+
+def _wander(run: Recording, rng: np.random.Generator) -> None:
+    """About zero in time, of one σ: smoothly, as warmth comes and goes (white noise under a
+    Gaussian window), or roughly (Ornstein and Uhlenbeck's process)."""
+    step_s = float(np.median(np.diff(run.time_s)))
+    memory = float(rng.uniform(*_MEMORY_S)) / step_s  # rows
+    smooth = rng.random() < 0.5
+    ages = np.arange(int(np.ceil(6.0 * memory)))
+    weights = np.exp(-0.5 * ((ages - 3.0 * memory) / memory) ** 2 if smooth else -ages / memory)
+    weights /= np.linalg.norm(weights)
+    for name, scale in run.scale.items():
+        rows, columns = run.readings[name].shape
+        for column in range(columns):
+            white = rng.standard_normal(rows + len(weights) - 1)
+            errors = np.convolve(white, weights, mode="valid")
+            run.readings[name][:, column] += scale * errors
 
 
 def _heavy_tailed(run: Recording, rng: np.random.Generator) -> None:
@@ -173,6 +192,7 @@ SIGNALS: dict[str, Signal] = {
     "rest": Signal("constant while the platform rests", _rest, white=_QUIET),
     "place": Signal("a smooth function of the place: revisits share them", _place, white=_QUIET),
     "walk": Signal("a random walk in time", _walk, white=_QUIET),
+    "wander": Signal("about zero in time, correlated over 5 to 60 s", _wander, white=_QUIET),
     "heavy_tailed": Signal("Student's t with 3 degrees of freedom", _heavy_tailed, white=_QUIET),
     "quantised": Signal("0.5 mm, 0.1°, 1 N under less noise", _quantised, white=_QUIET),
     "held": Signal("rows at 50 Hz of 10 Hz sensors", _held, log_rate_Hz=50.0),
