@@ -366,6 +366,7 @@ std::vector<Possibility> without_formulas(const DiagnosisModel& model, const Ini
   constexpr double kAnotherLaw = 0.5;
   if (std::ranges::none_of(found.effects, &NamedEffect::described)) return {};
   DiagnosisModel plain = model;
+  plain.noise = found.baseline.noise;  // that with formulas is of what they leave
   for (std::size_t k = found.effects.size(); k-- > 0;) {
     if (!found.effects[k].described) continue;
     plain.effects.erase(plain.effects.begin() + static_cast<std::ptrdiff_t>(k));

@@ -48,6 +48,8 @@ bool is_seen(const DiagnosisModel& model, std::size_t k) {
   return (values.array().abs() > kSeen * own.array().sqrt()).any();
 }
 
+bool wanders(const EffectTerm& term) { return is_wandering_errors(*term.effect); }
+
 bool is_named(const CandidateScore& score) { return !generic_name(*score.effect); }
 
 /// The best refit of the first few dependences; nothing when none is worth it.
@@ -231,8 +233,7 @@ void Search::charge(std::vector<Refit>& refits, std::size_t steps) const {
 std::optional<Refit> Search::errors_of_sensors(double log_evidence) const {
   constexpr double kShareInScan = 0.25;  // of the evidence: a scan knows no width but the first
   Candidates errors = own_errors(model_);
-  const auto wander = [](const EffectTerm& term) { return is_wandering_errors(*term.effect); };
-  if (std::ranges::none_of(model_.effects, wander)) {
+  if (std::ranges::none_of(model_.effects, wanders)) {
     if (const auto walk = wandering_errors(model_, ErrorSize::specified)) errors.push_back(walk);
   }
   std::vector<CandidateScore> scores = scan(model_, errors, {.draws = 0});
@@ -774,8 +775,12 @@ std::optional<Refit> Search::smooth_errors_instead(const CandidateScore& name,
   // to a bound that holds for any.
   const double by_chance = std::log(static_cast<double>(effects_of(model_.robot).size()) /
                                     (kShareAtRest * options_.family_wise_p));
-  std::optional<Refit> errors = likeliest_smooth_errors(without, ErrorSize::specified);
+  // A walk that is in the model already is another account of the same errors.
+  DiagnosisModel plain = without;
+  if (std::erase_if(plain.effects, wanders) > 0 && !fit_with_noise(plain)) return std::nullopt;
+  std::optional<Refit> errors = likeliest_smooth_errors(plain, ErrorSize::specified);
   if (!errors) return errors;
+  errors->log_evidence = EvidenceAgainst(without).of(errors->model);
   const double cost = cost_of(*name.effect, step_candidates(without).size());
   const auto evidence_in = [&](const DiagnosisModel& model) {
     return EvidenceAgainst(model).refit(name).log_evidence - cost;
@@ -786,6 +791,7 @@ std::optional<Refit> Search::smooth_errors_instead(const CandidateScore& name,
 }
 
 bool Search::errs_smoothly(const DiagnosisModel& model) const {
+  if (std::ranges::any_of(model.effects, wanders)) return true;
   const std::optional<Refit> errors = likeliest_smooth_errors(model, ErrorSize::specified);
   return errors && errors->log_evidence > options_.least_evidence;
 }

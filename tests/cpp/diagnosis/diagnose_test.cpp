@@ -570,6 +570,10 @@ TEST(Diagnose, WhatNoNameExplainsIsDescribed) {
   EXPECT_TRUE(d.effects.front().effect->name().starts_with("tension_by_tension")) << summary(d);
   ASSERT_FALSE(d.corrected.own_effects.empty());
   EXPECT_EQ(d.corrected.own_effects.front()->name(), d.effects.front().effect->name());
+  // Another law is as likely, and knows no more of the pose than the model did without it.
+  for (int axis = 0; axis < 6; ++axis) {
+    EXPECT_GT(d.covariance_after(axis, axis), 0.4 * d.covariance_before(axis, axis)) << axis;
+  }
   EXPECT_EQ(diagnose(d.corrected, {log}).verdict, Verdict::consistent);
 }
 

@@ -45,15 +45,15 @@ Log noisy(Log log, double scale, std::uint64_t seed) {
 }
 
 /// Attitude as it was `delay_s` before, along the true motion.
-Log delayed(Log log, double delay_s) {
-  const LogMatrix read = log.roll_pitch_yaw_rad;
+Log delayed(Log log, double delay_s, LogMatrix Log::* angles = &Log::roll_pitch_yaw_rad) {
+  const LogMatrix read = log.*angles;
   for (Eigen::Index i = 0; i < read.rows(); ++i) {
     const double at = std::max(0.0, static_cast<double>(i) - 10.0 * delay_s);
     const auto before = static_cast<Eigen::Index>(at);
     const Eigen::Index after = std::min(before + 1, read.rows() - 1);
     const double fraction = at - static_cast<double>(before);
-    for (Eigen::Index c = 0; c < 3; ++c) {
-      log.roll_pitch_yaw_rad(i, c) =
+    for (Eigen::Index c = 0; c < read.cols(); ++c) {
+      (log.*angles)(i, c) =
           read(before, c) + fraction * wrap_angle(read(after, c) - read(before, c));
     }
   }
@@ -288,6 +288,16 @@ TEST_F(Motion, ALateAttitudeIsNamedWithItsDelay) {
   EXPECT_LT(d.effects[0].standard_deviation[0], 0.02);
   EXPECT_GT(d.model.pose_count(), d.baseline.pose_count());
   EXPECT_EQ(d.corrected.effects.back().name, "sensor_delay");
+}
+
+TEST_F(Motion, AnotherSensorThatIsLateIsNoLateAttitude) {
+  for (const double delay_s : {0.12, 0.3, 0.6}) {
+    const Log late = delayed(truth().log, delay_s, &Log::swivel_rad);
+    const Diagnosis d = diagnose(load_robot("irma4"), {noisy(late, 0.05, 93)});
+    for (const NamedEffect& found : d.effects) {
+      EXPECT_EQ(found.effect->name(), "swivel_delay") << delay_s << summary(d);
+    }
+  }
 }
 
 TEST_F(Motion, ADelayThatIsRefusedLeavesTheModelAtRest) {

@@ -286,6 +286,47 @@ TEST(SensorErrors, ASensorThatWandersIsNoFinding) {
   EXPECT_GE(said, kLogs / 2);
 }
 
+/// A log in which every reading wanders about zero, by one σ of the robot file; white noise under a
+/// Gaussian window of 15 s.
+Log log_about_zero(const Robot& robot, std::uint64_t seed) {
+  constexpr double kWindow_s = 15.0;
+  Log log = test::startup_log(robot, 0.02, seed, 0);
+  RandomNormal random(3000 + seed);
+  const auto rows = static_cast<int>(log.sample_count());
+  const double step_s = log.time_s[1] - log.time_s[0];
+  const int half = static_cast<int>(3.0 * kWindow_s / step_s);
+  Eigen::VectorXd window(2 * half + 1);
+  for (int k = -half; k <= half; ++k) {
+    window[half + k] = std::exp(-0.5 * std::pow(k * step_s / kWindow_s, 2));
+  }
+  window /= window.norm();
+  const auto wander = [&](auto&& column, double sigma) {
+    Eigen::VectorXd white(rows + 2 * half);
+    for (double& v : white) v = random();
+    for (int row = 0; row < rows; ++row) {
+      column[row] += sigma * white.segment(row, window.size()).dot(window);
+    }
+  };
+  for (int c = 0; c < 4; ++c) {
+    wander(log.length_m.col(c), robot.sigma.length_m);
+    wander(log.swivel_rad.col(c), robot.sigma.swivel_rad);
+    wander(log.tension_N.col(c), robot.sigma.tension_N);
+    if (c < 3) wander(log.roll_pitch_yaw_rad.col(c), robot.sigma.attitude_rad);
+  }
+  return log;
+}
+
+TEST(SmoothErrors, ThatWanderAboutZeroAreNoFinding) {
+  const Robot robot = load_robot("irma4");
+  int accused = 0;
+  constexpr int kLogs = 10;
+  for (std::uint64_t seed = 0; seed < kLogs; ++seed) {
+    const Diagnosis d = diagnose(robot, {log_about_zero(robot, 200 + seed)});
+    accused += d.verdict == Verdict::consistent ? 0 : 1;
+  }
+  EXPECT_LE(accused, 1);
+}
+
 /// A log whose readings are off by a smooth random function of the place, of so many σ of the robot
 /// file: a sum of waves over the lengths of three cables.
 Log placed_log(const Robot& robot, double sigmas, std::uint64_t seed) {
