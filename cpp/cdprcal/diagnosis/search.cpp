@@ -792,6 +792,7 @@ std::optional<Refit> Search::smooth_errors_instead(const CandidateScore& name,
 
 bool Search::errs_smoothly(const DiagnosisModel& model) const {
   if (std::ranges::any_of(model.effects, wanders)) return true;
+  if (!scatters(model)) return false;
   const std::optional<Refit> errors = likeliest_smooth_errors(model, ErrorSize::specified);
   return errors && errors->log_evidence > options_.least_evidence;
 }
