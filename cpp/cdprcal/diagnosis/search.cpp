@@ -771,22 +771,26 @@ void Search::drop() {
 
 std::optional<Refit> Search::smooth_errors_instead(const CandidateScore& name,
                                                    const DiagnosisModel& without) const {
-  // Chance was drawn as if errors came anew at every rest; what a name adds to smooth ones is held
-  // to a bound that holds for any.
+  // Chance was drawn as if errors came anew at every rest. This bound holds for any.
   const double by_chance = std::log(static_cast<double>(effects_of(model_.robot).size()) /
                                     (kShareAtRest * options_.family_wise_p));
-  // A walk that is in the model already is another account of the same errors.
+  std::optional<Refit> errors = likeliest_smooth_errors(without, ErrorSize::specified);
+  // A walk that is in the model already is another account of them, and may give way.
   DiagnosisModel plain = without;
-  if (std::erase_if(plain.effects, wanders) > 0 && !fit_with_noise(plain)) return std::nullopt;
-  std::optional<Refit> errors = likeliest_smooth_errors(plain, ErrorSize::specified);
+  if (std::erase_if(plain.effects, wanders) > 0 && fit_with_noise(plain)) {
+    std::optional<Refit> other = likeliest_smooth_errors(plain, ErrorSize::specified);
+    if (other) other->log_evidence = EvidenceAgainst(without).of(other->model);
+    if (other && (!errors || other->log_evidence > errors->log_evidence)) errors = std::move(other);
+  }
   if (!errors) return errors;
-  errors->log_evidence = EvidenceAgainst(without).of(errors->model);
   const double cost = cost_of(*name.effect, step_candidates(without).size());
   const auto evidence_in = [&](const DiagnosisModel& model) {
     return EvidenceAgainst(model).refit(name).log_evidence - cost;
   };
-  const bool more = errors->log_evidence > evidence_in(without);
-  if (!more || evidence_in(errors->model) > by_chance) errors.reset();
+  // What chance does not do by itself needs no more beside them than any effect.
+  const double own = evidence_in(without);
+  const double enough = own > by_chance ? options_.least_evidence : by_chance;
+  if (own > errors->log_evidence || evidence_in(errors->model) > enough) errors.reset();
   return errors;
 }
 
